@@ -9,7 +9,9 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/contact/detection.hpp"
@@ -35,8 +37,9 @@ constexpr std::size_t kMaxLines = 10;
 /// The spheres of one body at the start.
 struct Shape {
   Eigen::AlignedBox3d centres_m;
-  double radius_m = 0.0;          // the largest
-  std::vector<double> highest_m;  // of a centre above each plane
+  double radius_m = 0.0;                                        // the largest
+  double smallest_m = std::numeric_limits<double>::infinity();  // radius
+  std::vector<double> highest_m;                                // of a centre above each plane
 };
 
 std::vector<Shape> shapes_of(const bodies::World& world) {
@@ -45,6 +48,7 @@ std::vector<Shape> shapes_of(const bodies::World& world) {
     Shape& shape = shapes[static_cast<std::size_t>(body)];
     shape.centres_m.extend(at_m);
     shape.radius_m = std::max(shape.radius_m, radius_m);
+    shape.smallest_m = std::min(shape.smallest_m, radius_m);
     shape.highest_m.resize(world.planes.size(), -std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < world.planes.size(); ++i)
       shape.highest_m[i] =
@@ -120,6 +124,47 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
                                ", behind its normal: the plane will throw it out");
 }
 
+/// Returns the radius of the largest ball that passes between neighbouring spheres of a cover
+/// without contact; negative if none does.
+double hole_radius_m(const bodies::BodyDescription& body) {
+  return std::visit(
+      [](const auto& shape) {
+        if constexpr (requires { shape.spheres.spacing_m; }) {
+          constexpr bool kIsThread =
+              std::is_same_v<std::decay_t<decltype(shape)>, bodies::ThreadBody>;
+          return shape.spheres.spacing_m * (kIsThread ? 0.5 : std::numbers::sqrt2 / 2.0) -
+                 shape.spheres.radius_m;
+        } else {
+          return -1.0;
+        }
+      },
+      body.shape);
+}
+
+/// Warns of covers that a sphere of a tool or of another body passes through.
+void warn_of_holes(const scene::SceneDescription& scene, const std::vector<Shape>& shapes,
+                   Warnings& warnings) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  double tool_m = kNone;
+  for (const scene::Hand& hand : scene::hands_of(scene))
+    for (const scene::ToolSphere& sphere : hand.tool) tool_m = std::min(tool_m, sphere.radius_m);
+  std::array<double, 2> smallest_m = {kNone, kNone};  // of all bodies, and without that body
+  for (const Shape& shape : shapes)
+    if (shape.smallest_m < smallest_m[1])
+      smallest_m = {std::min(smallest_m[0], shape.smallest_m),
+                    std::max(smallest_m[0], shape.smallest_m)};
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const bool is_smallest = shapes[i].smallest_m == smallest_m[0];
+    const double passing_m = std::min(tool_m, smallest_m[is_smallest ? 1 : 0]);
+    if (hole_radius_m(scene.bodies[i]) >= passing_m)
+      warnings.add(
+          static_cast<int>(i),
+          print("has holes: a sphere of radius %.3g m passes between its spheres: expected "
+                "spacing_m at most their radius, %.3g",
+                passing_m, shapes[i].radius_m));
+  }
+}
+
 /// The body that a contact's other side is of.
 int other_body(const bodies::World& world, const Contact& contact) {
   if (contact.b >= 0) return bodies::body_of(world, contact.b);
@@ -182,6 +227,7 @@ std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
   const std::vector<Shape> shapes = shapes_of(world);
   for (std::size_t i = 0; i < shapes.size(); ++i)
     warn_of_shape(scene, world, static_cast<int>(i), shapes[i], warnings);
+  warn_of_holes(scene, shapes, warnings);
   warn_of_overlaps(world, shapes, warnings);
   return std::move(warnings).lines();
 }

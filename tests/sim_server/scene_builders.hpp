@@ -74,7 +74,8 @@ template <class Shape>
   bodies::ThreadBody thread{.nodes = nodes, .from_m = from_m, .to_m = to_m};
   thread.springs.structural_stiffness_N_per_m = stiffness_N_per_m;
   thread.springs.pinned_nodes = std::move(pinned);
-  thread.spheres.radius_m = 0.1 * (to_m - from_m).norm() / (nodes - 1);
+  const double spacing_m = (to_m - from_m).norm() / (nodes - 1);
+  thread.spheres = {spacing_m, 0.1 * spacing_m};
   return body_of(thread, node_mass_kg * nodes, 0.5 * (from_m + to_m));
 }
 

@@ -15,10 +15,6 @@ Eigen::Vector3d inner_size_m(const Eigen::Vector3d& size_m, double radius_m) {
   return (size_m.array() - 2.0 * radius_m).max(0.0).matrix();
 }
 
-SpherePacking packing_of_box(const Eigen::Vector3d& size_m, const SpherePacking& packing) {
-  return completed(packing, size_m.minCoeff() / 3.0, 0.5);
-}
-
 }  // namespace
 
 SpherePacking read_packing(toml::TableReader& table, double longest_side_m) {
@@ -39,14 +35,22 @@ SpherePacking read_packing(toml::TableReader& table, double longest_side_m) {
   return packing;
 }
 
-SpherePacking completed(SpherePacking packing, double spacing_m, double radius_per_spacing) {
-  if (packing.spacing_m <= 0.0) packing.spacing_m = spacing_m;
-  if (packing.radius_m <= 0.0) packing.radius_m = radius_per_spacing * packing.spacing_m;
+SpherePacking completed(SpherePacking packing, double radius_m, double largest_radius_m) {
+  if (packing.radius_m <= 0.0)
+    packing.radius_m =
+        packing.spacing_m > 0.0 ? std::min(packing.spacing_m, largest_radius_m) : radius_m;
+  if (packing.spacing_m <= 0.0) packing.spacing_m = packing.radius_m;
   return packing;
 }
 
+SpherePacking completed_for_box(const SpherePacking& packing, const Eigen::Vector3d& size_m) {
+  const double shortest_m = size_m.minCoeff();
+  return completed(packing, std::min(size_m.maxCoeff() / 6.0, shortest_m / 3.0), 0.5 * shortest_m);
+}
+
 double spheres_along(double length_m, double spacing_m) {
-  return std::max(1.0, std::round(length_m / spacing_m) + 1.0);
+  constexpr double kRounding = 1e-6;  // of a quotient that is meant to be whole
+  return std::max(1.0, std::ceil(length_m / spacing_m - kRounding) + 1.0);
 }
 
 int count_along(double length_m, double spacing_m) {
@@ -72,7 +76,7 @@ void bind(SphereBinding& sphere, int node, double weight) {
 
 std::vector<spheres::Ball> balls_of_box(const Eigen::Vector3d& size_m,
                                         const SpherePacking& packing) {
-  const auto [spacing_m, radius_m] = packing_of_box(size_m, packing);
+  const auto [spacing_m, radius_m] = completed_for_box(packing, size_m);
   const Eigen::Vector3d inner_m = inner_size_m(size_m, radius_m);
   Eigen::Vector3i counts;
   for (int axis = 0; axis < 3; ++axis) counts[axis] = count_along(inner_m[axis], spacing_m);
@@ -88,7 +92,7 @@ std::vector<spheres::Ball> balls_of_box(const Eigen::Vector3d& size_m,
 }
 
 double ball_count_of_box(const Eigen::Vector3d& size_m, const SpherePacking& packing) {
-  const auto [spacing_m, radius_m] = packing_of_box(size_m, packing);
+  const auto [spacing_m, radius_m] = completed_for_box(packing, size_m);
   const Eigen::Vector3d inner_m = inner_size_m(size_m, radius_m);
   return spheres_along(inner_m.x(), spacing_m) * spheres_along(inner_m.y(), spacing_m) *
          spheres_along(inner_m.z(), spacing_m);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,14 +15,13 @@ class TableReader;
 
 namespace stillgrid::bodies {
 
-/// Spheres that cover a body: a distance between centres and a radius; zero means "chosen
-/// for the body".
+/// Spheres that cover a body: the largest distance between centres, and the radius. Zero means
+/// "not given": completed() chooses it.
 ///
-/// Centres are evenly spaced, the first and the last at the ends, so the spacing is met only
-/// nearly. A sheet has round(length / spacing) + 1 of them along each side, a thread as many
-/// along its length. A box, rigid or soft, is filled, with round((side - 2 radius) / spacing)
-/// + 1 along each side, and its outer spheres touch the faces; along a side with one sphere it
-/// is in the middle.
+/// Centres are evenly spaced, and the first and the last are at the ends. A sheet has
+/// ceil(length / spacing) + 1 spheres along each side, a thread as many along its length. A box,
+/// rigid or soft, is filled with ceil((side - 2 radius) / spacing) + 1 spheres along each side.
+/// Its outer spheres touch the faces. A side with one sphere has it in the middle.
 struct SpherePacking {
   double spacing_m = 0.0;
   double radius_m = 0.0;
@@ -46,11 +46,20 @@ struct RigidShape {
 /// Reads `spheres`. Throws SceneError. Pre: longest_side_m is the body's.
 [[nodiscard]] SpherePacking read_packing(toml::TableReader& table, double longest_side_m);
 
-/// The packing, with what it leaves open chosen: a spacing, and a radius as a part of the spacing.
-[[nodiscard]] SpherePacking completed(SpherePacking packing, double spacing_m,
-                                      double radius_per_spacing);
+/// Returns the packing with both values set, the spacing at most the radius where one of them is
+/// free: a lone spacing is also the radius, up to largest_radius_m, and a lone radius is also the
+/// spacing. radius_m is the radius of a packing that has neither.
+[[nodiscard]] SpherePacking completed(
+    SpherePacking packing, double radius_m,
+    double largest_radius_m = std::numeric_limits<double>::infinity());
 
-/// Spheres along a length, ends included.
+/// Returns the completed packing of a box. The radius of a packing that has neither value is a
+/// sixth of the longest side, at most a third of the shortest: at least two spheres along each
+/// side.
+[[nodiscard]] SpherePacking completed_for_box(const SpherePacking& packing,
+                                              const Eigen::Vector3d& size_m);
+
+/// Returns how many spheres stand along a length, ends included.
 [[nodiscard]] double spheres_along(double length_m, double spacing_m);
 [[nodiscard]] int count_along(double length_m, double spacing_m);
 

@@ -33,6 +33,7 @@ RigidBoxBody read_box(toml::TableReader& table, BodyDescription& body) {
   if (2.0 * box.spheres.radius_m > box.size_m.minCoeff()) {
     table.table("spheres").refuse("radius_m", "at most half of the box's shortest side");
   }
+  box.spheres = completed_for_box(box.spheres, box.size_m);
   return box;
 }
 

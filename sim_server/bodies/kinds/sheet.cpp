@@ -33,10 +33,8 @@ std::vector<int> read_pins(toml::TableReader& table, const Eigen::Vector2i& node
 
 /// As described, or a sphere a node.
 SpherePacking packing_of(const SheetBody& sheet) {
-  return completed(
-      sheet.spheres,
-      std::min(sheet.size_m.x() / (sheet.nodes.x() - 1), sheet.size_m.y() / (sheet.nodes.y() - 1)),
-      0.75);
+  return completed(sheet.spheres, std::min(sheet.size_m.x() / (sheet.nodes.x() - 1),
+                                           sheet.size_m.y() / (sheet.nodes.y() - 1)));
 }
 
 /// How many spheres there are along x and y; they are numbered x fastest.
@@ -58,6 +56,7 @@ void read_sheet(toml::TableReader& table, BodyDescription& body,
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   sheet.spheres = read_packing(table, sheet.size_m.maxCoeff());
+  sheet.spheres = packing_of(sheet);
   read_springs(table, body.motion, sheet.springs);
   sheet.springs.pinned_nodes =
       read_pinned(table, sheet.nodes.prod(), [&] { return read_pins(table, sheet.nodes); });

@@ -26,7 +26,7 @@ double length_m(const ThreadBody& thread) {
 
 /// As described, or a sphere a node.
 SpherePacking packing_of(const ThreadBody& thread) {
-  return completed(thread.spheres, length_m(thread) / (thread.nodes - 1), 0.75);
+  return completed(thread.spheres, length_m(thread) / (thread.nodes - 1));
 }
 
 }  // namespace
@@ -40,6 +40,7 @@ void read_thread(toml::TableReader& table, BodyDescription& body,
   if (length_m(thread) < 1e-9) table.refuse("to_m", "another point than from_m");
   body.position_m = 0.5 * (thread.from_m + thread.to_m);
   thread.spheres = read_packing(table, length_m(thread));
+  thread.spheres = packing_of(thread);
   read_springs(table, body.motion, thread.springs);
   thread.springs.pinned_nodes =
       read_pinned(table, thread.nodes, [&] { return read_pins(table, thread.nodes); });

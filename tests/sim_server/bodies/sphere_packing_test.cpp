@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <numeric>
+#include <random>
+#include <vector>
 
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
@@ -70,7 +73,7 @@ TEST_CASE("Spheres stand evenly from one end of a thread to the other", "[sphere
 
   const auto spheres = pack_spheres(body);
 
-  REQUIRE(spheres.size() == 10);  // round(0.09 / 0.01) + 1
+  REQUIRE(spheres.size() == 10);  // ceil(0.09 / 0.01) + 1
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     CHECK(spheres[i].rest_position_m.x() == Approx(0.01 * static_cast<double>(i)).margin(1e-15));
     CHECK(spheres[i].radius_m == 0.003);
@@ -88,15 +91,57 @@ TEST_CASE("A sheet is covered in rows up to its edges", "[sphere_packing]") {
   CHECK((spheres.back().rest_position_m - Eigen::Vector3d(0.07, 0.07, 0)).norm() < 1e-15);
 }
 
-TEST_CASE("Where nothing is chosen a node gets a sphere of 3/4 of the spacing",
-          "[sphere_packing]") {
+TEST_CASE("Without a packing each node has a sphere as large as the spacing", "[sphere_packing]") {
   BodyDescription body = sim_server::thread(6, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
   sim_server::packing(body) = {};
 
   CHECK(pack_spheres(body).size() == 6);
-  CHECK(pack_spheres(body)[0].radius_m == Approx(0.015));
+  CHECK(pack_spheres(body)[0].radius_m == Approx(0.02));
   CHECK(pack_spheres(tilted_sheet()).size() == 12);
-  CHECK(pack_spheres(tilted_sheet())[0].radius_m == Approx(0.015));
+  CHECK(pack_spheres(tilted_sheet())[0].radius_m == Approx(0.02));
+}
+
+/// Returns the largest distance between neighbours along an axis, of spheres on a level lattice.
+double widest_gap_m(const std::vector<SphereBinding>& spheres, int axis) {
+  std::vector<double> places_m;
+  for (const SphereBinding& sphere : spheres) places_m.push_back(sphere.rest_position_m[axis]);
+  std::sort(places_m.begin(), places_m.end());
+  double gap_m = 0.0;
+  for (std::size_t i = 1; i < places_m.size(); ++i)
+    gap_m = std::max(gap_m, places_m[i] - places_m[i - 1]);
+  return gap_m;
+}
+
+TEST_CASE("A cover that is not given whole has its spheres at most a radius apart",
+          "[sphere_packing]") {
+  std::mt19937_64 random(GENERATE(range(1U, 41U)));
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  const Eigen::Vector3d size_m(between(0.01, 0.2), between(0.01, 0.2), between(0.01, 0.2));
+  const double part = between(0.05, 0.5) * size_m.minCoeff();
+  const SpherePacking spheres =
+      GENERATE_COPY(SpherePacking{}, SpherePacking{0.0, part}, SpherePacking{part, 0.0});
+  const auto nodes = [&] { return 2 + static_cast<int>(between(0.0, 8.0)); };
+  BodyDescription sheet = sim_server::sheet({nodes(), nodes()}, between(0.01, 0.05), 0.01, 10.0);
+  BodyDescription thread = sim_server::thread(nodes(), {0, 0, 0}, {size_m.x(), 0, 0}, 0.01, 10.0);
+  sim_server::packing(sheet) = sim_server::packing(thread) = spheres;
+
+  for (const BodyDescription& body :
+       {sim_server::box({0, 0, 0}, size_m, 0.1, spheres), sheet, thread}) {
+    const std::vector<SphereBinding> cover = pack_spheres(body);
+    for (int axis = 0; axis < 3; ++axis)
+      CHECK(widest_gap_m(cover, axis) <= cover[0].radius_m * (1.0 + 1e-5));
+  }
+}
+
+TEST_CASE("A box has two spheres at least along its shortest side", "[sphere_packing]") {
+  const auto count = [](const Eigen::Vector3d& size_m) {
+    return pack_spheres(sim_server::box({0, 0, 0}, size_m, 1.0, {})).size();
+  };
+  CHECK(count({0.1, 0.1, 0.1}) == 5 * 5 * 5);
+  CHECK(count({0.1, 0.1, 0.01}) == 29 * 29 * 2);
+  CHECK(count({0.1, 0.01, 0.01}) == 29 * 2 * 2);
 }
 
 TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks out",
@@ -119,7 +164,7 @@ TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks ou
   CHECK((high - 0.5 * size_m).norm() < 1e-15);
 }
 
-TEST_CASE("A box has round((side - 2 radius) / spacing) + 1 spheres a side", "[sphere_packing]") {
+TEST_CASE("A box has ceil((side - 2 radius) / spacing) + 1 spheres a side", "[sphere_packing]") {
   CHECK(pack_spheres(sim_server::box({0, 0, 0}, {0.03, 0.03, 0.02}, 1.0, {0.01, 0.005})).size() ==
         3 * 3 * 2);
 }

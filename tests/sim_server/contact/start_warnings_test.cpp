@@ -16,8 +16,9 @@ std::vector<std::string> warnings_of(std::vector<bodies::BodyDescription> bodies
     body.name = std::string(1, static_cast<char>('a' + line));
     body.line = ++line;
   }
-  const scene::SceneDescription scene =
+  scene::SceneDescription scene =
       sim_server::scene_of(std::move(bodies), sim_server::material_of(100.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   return start_warnings(scene, scene::build_world(scene), "s.toml");
 }
 
@@ -72,6 +73,19 @@ TEST_CASE("Sizes, speeds and places that no hand-held scene has are named", "[st
       "moves at 200 m/s");
   check_one(warnings_of({sim_server::sphere({0, 5000, 0}, 0.02, 0.1)}), "1",
             "is 5e+03 m from the origin");
+}
+
+TEST_CASE("A cover that another sphere passes through is named", "[start_warnings]") {
+  const auto box = [](const bodies::SpherePacking& spheres) {
+    return sim_server::box({0, 0, 0}, {0.1, 0.1, 0.1}, 1.0, spheres);
+  };
+  check_one(warnings_of({box({0.02, 0.008})}), "1",
+            "'a': has holes: a sphere of radius 0.005 m passes between its spheres: expected "
+            "spacing_m at most their radius, 0.008");
+  CHECK(warnings_of({box({0.02, 0.01})}).empty());
+  check_one(warnings_of({box({0.02, 0.01}), sim_server::sphere({0.2, 0, 0}, 0.004, 0.1)}), "1",
+            "a sphere of radius 0.004 m");
+  CHECK(warnings_of({box({}), sim_server::sphere({0.2, 0, 0}, 0.004, 0.1)}).empty());
 }
 
 TEST_CASE("Ten lines are said at most, and how many more there are", "[start_warnings]") {

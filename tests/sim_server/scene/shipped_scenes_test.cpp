@@ -17,7 +17,7 @@ SceneDescription shipped(const std::string& name) {
 }
 
 long spheres_along(double length_m, double spacing_m) {
-  return std::max(1L, std::lround(length_m / spacing_m) + 1);
+  return std::max(1L, static_cast<long>(std::ceil(length_m / spacing_m - 1e-6)) + 1);
 }
 
 /// The spheres that a free body of a shipped scene is covered with, by the rule of SpherePacking.
