@@ -17,9 +17,10 @@ namespace stillgrid::spheres {
 [[nodiscard]] double effective_stiffness(std::span<const Ball> balls, const SurfaceSamples& surface,
                                          double tool_radius_m, double press_depth_m);
 
-/// Multiplied by it, a material's stiffness becomes that of one contact, such that the body as a
-/// whole is as stiff as its material at this depth, however many balls it is made of:
-/// 1 / effective_stiffness().
+/// Returns the factor from a material's stiffness to the stiffness of one contact: 1 /
+/// effective_stiffness(). At this depth the slope of the body's force is then the material's
+/// stiffness, for any number of balls. The force is about half of stiffness times depth, because it
+/// grows with the square of the depth.
 ///
 /// Throws std::runtime_error where the balls do not push back: pressed less deep than the balls lie
 /// below the surface. Pre: as effective_stiffness().

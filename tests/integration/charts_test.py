@@ -118,18 +118,12 @@ class ChartsTest(unittest.TestCase):
         self.assertIn("not drawn, as only measuring does that: demo_force.png", run.stdout)
         self.assertEqual((self.out / "paper_figures.csv").read_bytes(), (CHARTS / "paper_figures.csv").read_bytes())
 
-    def test_a_chart_that_fails_is_named_and_the_others_are_measured_and_drawn(self):
-        build = self.out / "build"
-        (build / "tests").mkdir(parents=True)
-        (build / "tests/broyden_figures").symlink_to(daemons.BUILD / "tests/broyden_figures")
-        run = run_charts("--only", "row_ripple", "broyden", "--out", self.out, STILLGRID_BUILD_DIR=build)
+    def test_a_chart_that_fails_is_named_and_the_others_are_drawn(self):
+        run = run_charts("--only", "row_ripple", "axes", "--out", self.out, STILLGRID_BUILD_DIR=self.out / "build")
         self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
         self.assertRegex(run.stderr, r"\Acharts: failed: row_ripple \(.*\)\n\Z")
         self.assertRegex(run.stdout, r"row_ripple .* FAILED: measure_printed.py: .*/row_figures: expected a program")
-        self.assert_drawn("broyden_iterations.png")
-        fresh, kept = ((folder / "broyden_iterations.csv").read_text().splitlines()
-                       for folder in (self.out, CHARTS))
-        self.assertEqual([line.split(",")[:3] for line in fresh], [line.split(",")[:3] for line in kept])
+        self.assert_drawn("axes.png")
 
     def test_without_the_real_inputs_a_chart_is_drawn_from_the_table_that_is_kept(self):
         run = run_charts("--only", "ku_contact", "--out", self.out, STILLGRID_BUILD_DIR=daemons.BUILD,

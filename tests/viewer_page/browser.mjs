@@ -11,6 +11,7 @@ const kArguments = ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-fir
 /// The folder that the build fetched playwright-core into.
 export async function load_playwright(build) {
   const file = path.join(build, 'tests', 'viewer_page', 'node_modules', 'playwright-core', 'index.mjs');
+  if (!fs.existsSync(file)) throw new Error(`${file}: no such file: run scripts/setup --test and scripts/build release`);
   return import(pathToFileURL(file));
 }
 
