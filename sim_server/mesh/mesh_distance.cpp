@@ -1,6 +1,10 @@
 #include "sim_server/mesh/mesh_distance.hpp"
 
-#include <embree3/rtcore.h>
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>  // Debian 12
+#endif
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -10,8 +10,10 @@ class CvodeStepper : public SundialsStepper {
  public:
   explicit CvodeStepper(const SundialsProblem& problem)
       : memory_(sun_checked(CVodeCreate(CV_BDF, problem.context))), state_(problem.state) {
-    int failures = CVodeSetErrHandlerFn(memory_.get(), ignore_message, nullptr);
-    failures |= CVodeSetUserData(memory_.get(), problem.data);
+    int failures = CVodeSetUserData(memory_.get(), problem.data);
+#if SUNDIALS_VERSION_MAJOR < 7
+    failures |= CVodeSetErrHandlerFn(memory_.get(), ignore_message, nullptr);
+#endif
     failures |= CVodeInit(memory_.get(), problem.slope, 0.0, state_);
     failures |=
         CVodeSVtolerances(memory_.get(), problem.relative_tolerance, problem.absolute_tolerances);

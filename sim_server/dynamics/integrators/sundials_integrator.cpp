@@ -85,11 +85,11 @@ SunLinearSolver make_linear_solver(Run& run, SUNContext context) {
     return 0;
   };
   solver->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b,
-                          realtype tolerance) {
+                          sunrealtype tolerance) {
     Run& owner = *static_cast<Run*>(self->content);
     const int result =
         keep_exception(owner.thrown, [&] { return owner.solve_linear(x, b, tolerance); });
-    return result == kSunStop ? static_cast<int>(SUNLS_PACKAGE_FAIL_UNREC) : result;
+    return result == kSunStop ? static_cast<int>(SUNLS_ATIMES_FAIL_UNREC) : result;
   };
   solver->ops->free = [](SUNLinearSolver self) {
     SUNLinSolFreeEmpty(self);
@@ -115,7 +115,7 @@ SundialsIntegrator::Run::Run(MakeStepper make_stepper, double tolerance_m_s,
   values_of(absolute.get()).head(size()) = duration_s * speed;
   values_of(absolute.get()).tail(size()) = speed;
 
-  const auto slope_at = [](realtype at_s, N_Vector y, N_Vector result, void* data) {
+  const auto slope_at = [](sunrealtype at_s, N_Vector y, N_Vector result, void* data) {
     Run& run = *static_cast<Run*>(data);
     return keep_exception(run.thrown, [&] { return run.derivative(at_s, y, result); });
   };
@@ -223,7 +223,7 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
       z.segment<3>(body.unknown + 3) = (by_turn.inverse() * z.segment<3>(body.unknown + 3)).eval();
     }
   values_of(x).head(size()) = moved + gamma_s * z;
-  return SUNLS_SUCCESS;
+  return kSunDone;
 }
 
 /// Jacobians know a damper's rate by the depth a stage before: the depth that means the speed of

@@ -11,7 +11,7 @@ namespace stillgrid::dynamics {
 struct SundialsProblem {
   SUNContext context;
   N_Vector state;  // at time 0; steps move it on
-  int (*slope)(realtype at_s, N_Vector y, N_Vector result, void* data);
+  int (*slope)(sunrealtype at_s, N_Vector y, N_Vector result, void* data);
   void* data;
   double relative_tolerance;
   N_Vector absolute_tolerances;

@@ -17,8 +17,10 @@ class ArkodeStepper : public dynamics::SundialsStepper {
       : memory_(dynamics::sun_checked(
             ARKStepCreate(nullptr, problem.slope, 0.0, problem.state, problem.context))),
         state_(problem.state) {
-    int failures = ARKStepSetErrHandlerFn(memory_.get(), dynamics::ignore_message, nullptr);
-    failures |= ARKStepSetUserData(memory_.get(), problem.data);
+    int failures = ARKStepSetUserData(memory_.get(), problem.data);
+#if SUNDIALS_VERSION_MAJOR < 7
+    failures |= ARKStepSetErrHandlerFn(memory_.get(), dynamics::ignore_message, nullptr);
+#endif
     failures |= ARKStepSetOrder(memory_.get(), kOrder);
     failures |=
         ARKStepSVtolerances(memory_.get(), problem.relative_tolerance, problem.absolute_tolerances);

@@ -65,7 +65,9 @@ KinsolSolver::Run::Run(KinsolStrategy taken_strategy, double rms_tolerance, Eige
     Run& run = *static_cast<Run*>(data);
     return dynamics::keep_exception(run.thrown, [&] { return run.evaluate(at, result); });
   };
+#if SUNDIALS_VERSION_MAJOR < 7
   KINSetErrHandlerFn(kinsol, dynamics::ignore_message, nullptr);
+#endif
   KINSetUserData(kinsol, this);
   if (strategy == KinsolStrategy::kAnderson) KINSetMAA(kinsol, kAndersonVectors);
   if (KINInit(kinsol, residual_at, unknowns.get()) != KIN_SUCCESS) throw std::bad_alloc();
@@ -80,15 +82,16 @@ KinsolSolver::Run::Run(KinsolStrategy taken_strategy, double rms_tolerance, Eige
   SUNLinSol_SPGMRSetMaxRestarts(krylov.get(), kKrylovRestarts);
   KINSetLinearSolver(kinsol, krylov.get(), nullptr);
   KINSetMaxSetupCalls(kinsol, 1);
-  KINSetJacTimesVecFn(kinsol, [](N_Vector x, N_Vector result, N_Vector, booleantype*, void* data) {
-    Run& run = *static_cast<Run*>(data);
-    return dynamics::keep_exception(run.thrown, [&] {
-      run.u = dynamics::values_of(x);
-      run.system->multiply(run.u, run.product);
-      dynamics::values_of(result) = run.product;
-      return run.clock.spent() ? dynamics::kSunStop : dynamics::kSunDone;
-    });
-  });
+  KINSetJacTimesVecFn(kinsol,
+                      [](N_Vector x, N_Vector result, N_Vector, sunbooleantype*, void* data) {
+                        Run& run = *static_cast<Run*>(data);
+                        return dynamics::keep_exception(run.thrown, [&] {
+                          run.u = dynamics::values_of(x);
+                          run.system->multiply(run.u, run.product);
+                          dynamics::values_of(result) = run.product;
+                          return run.clock.spent() ? dynamics::kSunStop : dynamics::kSunDone;
+                        });
+                      });
   KINSetPreconditioner(
       kinsol,
       [](N_Vector at, N_Vector, N_Vector, N_Vector, void* data) {
