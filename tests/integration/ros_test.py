@@ -94,7 +94,7 @@ def values(messages):
     return numpy.array([message["values"] for message in messages])
 
 
-@unittest.skipUnless(SUBSCRIBER.exists(), "no Fast DDS (libfastrtps-dev): its subscriber was not built")
+@unittest.skipUnless(SUBSCRIBER.exists(), "no Fast DDS 2 (libfastrtps-dev): its subscriber was not built")
 class RosTest(daemons.SessionTest):
     domains = 0
 

@@ -102,7 +102,7 @@ TEST_CASE("Every tick is a row, in order, none lost", "[recorder]") {
   const auto lines = lines_of(file);
   REQUIRE(lines.size() == 50001);
   for (std::size_t i = 1; i < lines.size(); i += 997)
-    CHECK_THAT(lines[i], Catch::Matchers::Contains("0," + std::to_string(i - 1) + ",1,0,0,0,"));
+    CHECK_THAT(lines[i], Catch::Contains("0," + std::to_string(i - 1) + ",1,0,0,0,"));
   remove_recording(file);
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("Flags are named, joined by bars, and followed by torque and orientati
   row.orientation = {0.5, -0.5, 0.5, 0.5};
   std::string line;
   append_row(row, line);
-  CHECK_THAT(line, Catch::Matchers::EndsWith(",77,faded|clamped|swept,0.25,-1,0,-0.5,0.5,0.5,0.5"));
+  CHECK_THAT(line, Catch::EndsWith(",77,faded|clamped|swept,0.25,-1,0,-0.5,0.5,0.5,0.5"));
 }
 
 TEST_CASE("A row has a field for each column, and columns known before keep their places",
@@ -135,9 +135,8 @@ TEST_CASE("A row has a field for each column, and columns known before keep thei
   const auto lines = lines_of(file);
   remove_recording(file);
   REQUIRE(lines.size() == 2);
-  CHECK_THAT(lines[0],
-             Catch::Matchers::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
-                 Catch::Matchers::EndsWith(",tick_ns,flags,tx_N_m,ty_N_m,tz_N_m,qx,qy,qz,qw"));
+  CHECK_THAT(lines[0], Catch::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
+                           Catch::EndsWith(",tick_ns,flags,tx_N_m,ty_N_m,tz_N_m,qx,qy,qz,qw"));
   CHECK(std::count(lines[1].begin(), lines[1].end(), ',') ==
         std::count(lines[0].begin(), lines[0].end(), ','));
 }
@@ -238,8 +237,7 @@ TEST_CASE("A head that finds no room is refused before the loop", "[recorder]") 
   const auto file = temporary_file();
   {
     const FullDisk full(50);
-    CHECK_THROWS_WITH(Recorder(file, "scene", "device"),
-                      Catch::Matchers::Contains("could not be written"));
+    CHECK_THROWS_WITH(Recorder(file, "scene", "device"), Catch::Contains("could not be written"));
   }
   CHECK_FALSE(std::filesystem::exists(file));
   CHECK_THROWS_WITH(Recorder("/dev/full", "scene", "device"),
@@ -256,7 +254,7 @@ TEST_CASE("A CSV begins with its columns, and its metadata stand beside it", "[r
   const auto metadata = nlohmann::json::parse(std::ifstream(metadata_file(file)));
   remove_recording(file);
   REQUIRE(lines.size() == 2);
-  CHECK_THAT(lines[0], Catch::Matchers::StartsWith("time_s,"));
+  CHECK_THAT(lines[0], Catch::StartsWith("time_s,"));
   CHECK(metadata.at("url") == file.filename().string());
   const nlohmann::json notes = metadata.at("notes").at(0);
   CHECK(notes.at("scene") == "two lines");

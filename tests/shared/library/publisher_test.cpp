@@ -12,7 +12,7 @@
 namespace stillgrid::library::publisher_test {
 namespace {
 
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using Eigen::Vector3d;
 
 TEST_CASE("A sphere that comes is in no older snapshot, and one that goes in no newer",
