@@ -120,7 +120,7 @@ class SetupTest(TreeTest):
         for name in ("bash", "dirname"):
             (self.tools / name).symlink_to(shutil.which(name))
         self.assert_one_line(self.setup("--demo", PATH=str(self.tools)), 2,
-                             r"setup: no apt-get: expected Debian 12; .*g\+\+ .*")
+                             r"setup: no apt-get: expected Debian 12 or 13, or Ubuntu 24\.04; .*g\+\+ .*")
 
 
 class BuildTest(TreeTest):

@@ -10,6 +10,7 @@ import daemons
 
 WORKFLOW = daemons.ROOT / ".github" / "workflows" / "ci.yml"
 PAGES = WORKFLOW.with_name("pages.yml")
+NIGHTLY = WORKFLOW.with_name("nightly.yml")
 EXAMPLE = daemons.ROOT / "docs" / "examples" / "github_workflow.yml"
 
 
@@ -43,17 +44,27 @@ class WorkflowTest(unittest.TestCase):
                 for option in re.findall(r" (--[a-z]+)", entry["run"]):
                     self.assertIn(option, (daemons.ROOT / script).read_text(), entry["run"])
 
-    def test_every_job_runs_in_Debian_12_within_a_time_by_actions_of_a_named_version(self):
-        for file in (WORKFLOW, EXAMPLE):
+    def test_every_job_runs_in_its_container_within_a_time_by_actions_of_a_named_version(self):
+        for file in (WORKFLOW, EXAMPLE, NIGHTLY):
             for name, job in jobs_of(file).items():
                 with self.subTest(f"{file.name}: {name}"):
-                    self.assertEqual(job["container"]["image"], "debian:12")
+                    self.assertEqual(job["container"]["image"],
+                                     "${{ matrix.system }}" if file == NIGHTLY else "debian:12")
                     self.assertLessEqual(job["timeout-minutes"], 120)
                     for step in job["steps"]:
                         self.assertEqual(("run" in step) + ("uses" in step), 1, step)
                         self.assertRegex(step.get("uses", "a@v1"), r"^[\w/-]+@v\d+$")
                     self.assertEqual(job["steps"][-1]["if"], "failure()")
                     self.assertIn("upload-artifact", job["steps"][-1]["uses"])
+
+    def test_the_nightly_workflow_runs_demo_and_tests_on_each_distribution_that_setup_knows(self):
+        job = jobs_of(NIGHTLY)["distribution"]
+        names = {" ".join(system.capitalize().split(":")) for system in job["strategy"]["matrix"]["system"]}
+        tested = re.search(r"^tested='(.*)'$", (daemons.ROOT / "scripts/setup").read_text(), re.MULTILINE)[1]
+        self.assertEqual(names, set(tested.replace(" or 13", ", Debian 13").replace("or ", "").split(", ")))
+        commands = " ".join(step.get("run", "") for step in job["steps"])
+        self.assertIn("scripts/demo", commands)
+        self.assertIn("scripts/test", commands)
 
 
 if __name__ == "__main__":
