@@ -23,8 +23,8 @@ def stages_of_ci():
     text = (daemons.ROOT / ".ci" / "run").read_text().replace("\\\n", " ")
     for name, words in re.findall(r"^(\w+)=\(([^()]*)\)$", text, re.MULTILINE):
         text = text.replace(f"${{{name}[*]}}", " ".join(words.split()))
-    return {name: (kind == "trial", shlex.split(command))
-            for kind, name, command in re.findall(r"^(stage|trial) (\w+) (.+)$", text, re.MULTILINE)}
+    return {name: (kind == "trial", [word for word in shlex.split(command) if word != "$base"])
+            for kind, name, command in re.findall(r"^(?:if_changed .*?)?(stage|trial) (\w+) (.+)$", text, re.MULTILINE)}
 
 
 class WorkflowTest(unittest.TestCase):
@@ -32,7 +32,7 @@ class WorkflowTest(unittest.TestCase):
         matrix = jobs_of(WORKFLOW)["stage"]["strategy"]["matrix"]["include"]
         there = {entry["stage"]: (entry.get("trial", False), shlex.split(entry["run"])) for entry in matrix}
         stages = stages_of_ci()
-        self.assertIn("release", stages)
+        self.assertGreaterEqual(stages.keys(), {"checks", "integration", "unit", "laws", "long"})
         self.assertEqual(stages, {name: there.get(name) for name in stages})
 
     def test_every_script_that_a_stage_runs_is_there_and_knows_its_options(self):
