@@ -9,6 +9,9 @@ target_compile_options(stillgrid_options INTERFACE
   $<$<BOOL:${STILLGRID_WARNINGS_AS_ERRORS}>:-Werror>
   -ffp-contract=off  # bit-identical recordings: a fused multiply-add rounds differently
 )
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+  target_compile_options(stillgrid_options INTERFACE -Wno-maybe-uninitialized)  # g++ 14: of an empty std::optional
+endif()
 
 set(STILLGRID_SANITIZE "" CACHE STRING "Value of -fsanitize, empty for none")
 if(STILLGRID_SANITIZE)

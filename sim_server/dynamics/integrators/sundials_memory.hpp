@@ -8,6 +8,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <type_traits>
 
 // Owners of what SUNDIALS allocates. For the two .cpp files that use SUNDIALS only.
 namespace stillgrid::dynamics {
@@ -21,7 +22,7 @@ struct FreeSunVector {
 struct FreeSunLinearSolver {
   void operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
 };
-using SunContext = std::unique_ptr<_SUNContext, FreeSunContext>;
+using SunContext = std::unique_ptr<std::remove_pointer_t<SUNContext>, FreeSunContext>;
 using SunVector = std::unique_ptr<_generic_N_Vector, FreeSunVector>;
 using SunLinearSolver = std::unique_ptr<_generic_SUNLinearSolver, FreeSunLinearSolver>;
 
@@ -52,7 +53,7 @@ template <class Pointer>
 }
 
 [[nodiscard]] inline SunVector make_sun_vector(Eigen::Index size, SUNContext context) {
-  return SunVector(sun_checked(N_VNew_Serial(size, context)));
+  return SunVector(sun_checked(N_VNew_Serial(static_cast<sunindextype>(size), context)));
 }
 
 [[nodiscard]] inline Eigen::Map<Eigen::VectorXd> values_of(N_Vector vector) {
