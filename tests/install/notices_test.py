@@ -30,11 +30,11 @@ def page_packages():
 
 
 def linked_libraries():
-    """By the programs and plugins of the build, directly."""
+    """Libraries that programs and plugins of the build link directly, but Open MPI, which a SUNDIALS brings along."""
     folders = (daemons.BUILD / "bin", daemons.BUILD / "lib" / "stillgrid")
     files = [file for folder in folders for file in folder.rglob("*") if file.is_file()]
     dynamic = subprocess.run(["readelf", "--dynamic", "--wide", *files], capture_output=True, text=True, check=True)
-    return set(re.findall(r"\(NEEDED\).*\[(.*)\]", dynamic.stdout))
+    return {name for name in re.findall(r"\(NEEDED\).*\[(.*)\]", dynamic.stdout) if not name.startswith("libmpi")}
 
 
 def included_folders():

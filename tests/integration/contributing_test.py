@@ -147,7 +147,7 @@ class TidyTest(RepositoryTest):
         super().setUp()
         self.plant("shared/null.cpp", NULL)
         commands = [{"directory": str(self.root), "file": f"shared/{name}.cpp",
-                     "command": f"clang++-14 -std=c++20 -I. -c shared/{name}.cpp"} for name in ("sum", "null", "later")]
+                     "command": f"clang++ -std=c++20 -I. -c shared/{name}.cpp"} for name in ("sum", "null", "later")]
         self.plant("build/compile_commands.json", json.dumps(commands))
         self.plant(".gitignore", "/build/\n")
 
