@@ -30,6 +30,9 @@ scripts/charts --draw-only             # draws this folder again from its tables
 scripts/charts --list                  # names, and how long each takes
 ```
 
+`scripts/check_charts` names each chart whose scenes or code have changed since it was measured. A chart that has not
+been measured again since then names its commit.
+
 Small grids take {small} with two processors of their own; a full one says its time beside its command.
 
 All were measured on a shared virtual machine, two processors of an AMD EPYC, Debian 12: compare ratios within
