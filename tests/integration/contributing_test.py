@@ -79,8 +79,14 @@ class UdevTest(unittest.TestCase):
         return subprocess.run([*before, self.SETUP, "--udev"], capture_output=True, text=True, check=False)
 
     def test_who_is_not_root_gets_one_line(self):
-        before = ("setpriv", "--reuid", "65534", "--clear-groups") if os.geteuid() == 0 else ()
-        run = self.run_setup(*before)
+        if os.geteuid() == 0:  # another user may not be allowed to enter the clone
+            folder = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-", dir="/tmp"))
+            self.addCleanup(shutil.rmtree, folder)
+            folder.chmod(0o755)
+            run = subprocess.run([*daemons.NOBODY, shutil.copy(self.SETUP, folder), "--udev"], capture_output=True,
+                                 text=True, check=False)
+        else:
+            run = self.run_setup()
         self.assertEqual((run.returncode, run.stdout), (2, ""))
         self.assertEqual(run.stderr, "setup: --udev: needs root: sudo scripts/setup --udev\n")
 
@@ -184,7 +190,7 @@ class TidyTest(RepositoryTest):
 class PagesTest(unittest.TestCase):
     def test_every_file_that_the_pages_for_contributors_name_is_there(self):
         missing = []
-        for page in ("CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md", "CHANGELOG.md"):
+        for page in ("CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"):  # the changelog names files of the past
             text = (daemons.ROOT / page).read_text()
             named = re.findall(r"\]\((?!http)([^)#]+)", text)
             named += re.findall(r"`((?:\.ci|\.github|proto|shared|sim_server|haptic_server|tests|scripts|docs)/[\w./-]+)", text)

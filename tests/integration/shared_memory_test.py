@@ -11,10 +11,9 @@ import time
 import unittest
 
 import daemons
-from daemons import BAD_INPUT, COULD_NOT_START, DONE, SHM, heeds
+from daemons import BAD_INPUT, COULD_NOT_START, DONE, NOBODY, SHM, copy_for_others, heeds
 
 LONG = ("--duration", "60")
-NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
 WRITE_LOCK = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)  # struct flock: a whole file
 VERSION_AT = 8  # bytes from a segment's start: docs/protocol.md
 
@@ -57,7 +56,7 @@ class SharedMemoryTest(daemons.SessionTest):
     def test_a_session_of_another_user_is_refused_unless_it_is_opened_to_a_group(self):
         self.require_root()
         self.addCleanup(shutil.rmtree, "/dev/shm/stillgrid-65534", ignore_errors=True)
-        hand = [*NOBODY, daemons.BUILD / "bin" / "haptic_server", "--session", f"root/{self.session}",
+        hand = [*NOBODY, copy_for_others(self, "haptic_server") / "bin" / "haptic_server", "--session", f"root/{self.session}",
                 "--device", "phantom", "--duration", 0.3]
         sim = self.announced_sim_server()
         self.assert_refused(self.start(*hand), COULD_NOT_START, "Permission denied")
@@ -73,10 +72,11 @@ class SharedMemoryTest(daemons.SessionTest):
         taken = SHM.parent / "stillgrid-64322"
         self.assertEqual(self.start(*NOBODY, "mkdir", "-m", "777", taken).wait(), DONE)
         user = ("setpriv", "--reuid=64322", "--regid=64322", "--clear-groups")
-        both = [self.start(*user, daemons.BUILD / "bin" / server, "--session", self.session, *arguments)
+        folder = copy_for_others(self, "haptic_server", "sim_server")
+        both = [self.start(*user, folder / "bin" / server, "--session", self.session, *arguments)
                 for server, arguments in (
                     ("haptic_server", ("--device", "phantom", "--duration", 0.3)),
-                    ("sim_server", ("--scene", daemons.SCENES / "wall.toml", "--duration", 3)))]
+                    ("sim_server", ("--scene", folder / "wall.toml", "--duration", 3)))]
         for daemon in both:
             self.assertEqual(daemon.wait(), DONE, daemon.lines())
             self.assertEqual(daemon.lines(), [])

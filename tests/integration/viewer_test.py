@@ -8,7 +8,8 @@ import threading
 
 import numpy
 
-from daemons import BAD_INPUT, BUILD, COULD_NOT_START, DONE, PATIENCE, SCENES, SessionTest, main, read_recording
+from daemons import (BAD_INPUT, BUILD, COULD_NOT_START, DONE, PATIENCE, SCENES, SessionTest, copy_for_others, main,
+                     read_recording)
 from viewer_client import Page
 
 PRESS = "phantom:path=press,centre_z_m=0,depth_m=0.05,period_s=0.5,hand=light"
@@ -286,7 +287,7 @@ class Options(ViewerTest):
             self.skipTest("needs root, to be a user who has no process left")
         result = subprocess.run(
             ["prlimit", "--nproc=1", "setpriv", "--reuid=64323", "--regid=64323", "--clear-groups",
-             BUILD / "bin" / "scene_viewer", "--session", "a", "--port", "0"],
+             copy_for_others(self, "scene_viewer") / "bin" / "scene_viewer", "--session", "a", "--port", "0"],
             stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20 * PATIENCE,
             env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})  # which would need a process too
         self.assertEqual(result.returncode, BAD_INPUT)

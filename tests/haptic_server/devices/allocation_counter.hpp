@@ -5,8 +5,8 @@
 
 namespace stillgrid::devices {
 
-/// How often operator new has run in this program and the plugins it loaded; nothing where
-/// a sanitizer's operator new stands in the way.
+/// Returns the number of allocations of this program and its plugins so far. Returns no number
+/// without the address sanitizer, which counts them.
 [[nodiscard]] std::optional<std::uint64_t> allocation_count() noexcept;
 
 }  // namespace stillgrid::devices

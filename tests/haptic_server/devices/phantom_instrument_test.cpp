@@ -225,7 +225,7 @@ TEST_CASE("A pivot of two numbers is refused, and so is a start beside it", "[in
 
 TEST_CASE("An instrument's reading and writing never allocate", "[instrument]") {
   if (!allocation_count()) {
-    WARN("skipped: a sanitizer keeps allocations from being counted");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   Plugin phantom("phantom");

@@ -206,7 +206,7 @@ TEST_CASE("An emergency stop holds the tool until the next activation", "[spacem
 
 TEST_CASE("Reading a mouse never allocates, events coming in or not", "[spacemouse]") {
   if (!allocation_count()) {
-    WARN("skipped: a sanitizer keeps allocations from being counted");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   FakeSpacenavd daemon;

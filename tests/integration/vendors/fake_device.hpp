@@ -23,14 +23,16 @@ using Vector = std::array<double, 3>;
 struct FakeLog {
   double last_N = 0.0;
   double greatest_N = 0.0;
-  double at_fault_N = 0.0;    // told last before the fault
-  double late_N = 0.0;        // the greatest told later than kLate_s after it
-  double fault_s = 0.0;       // when it came, 0: not yet
-  double zero_after_s = 0.0;  // from the fault to the first zero, or the motors' end; 0: not yet
+  double at_fault_N = 0.0;  // told last before the fault
+  double late_N =
+      0.0;  // the greatest of the forces that follow the first kLate ones after the fault
+  double fault_s = 0.0;  // when it came, 0: not yet
+  double zero_after =
+      -1.0;  // forces from the fault to the first zero, or the motors' end; -1: not yet
   double motors_are_on = 0.0;
 };
 
-constexpr double kLate_s = 0.02;
+constexpr int kLate = 20;  // forces: 20 ms at 1 kHz, however long a busy machine takes
 
 inline double now_s() noexcept {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -78,7 +80,7 @@ class FakeDevice {
     const double norm_N = std::hypot(force_N[0], force_N[1], force_N[2]);
     log_->last_N = norm_N;
     log_->greatest_N = std::max(log_->greatest_N, norm_N);
-    if (log_->fault_s != 0.0 && now_s() > log_->fault_s + kLate_s)
+    if (log_->fault_s != 0.0 && ++since_fault_ > kLate)
       log_->late_N = std::max(log_->late_N, norm_N);
     if (norm_N == 0.0) note_zero();
     force_N_ = force_N;
@@ -113,8 +115,7 @@ class FakeDevice {
 
  private:
   void note_zero() noexcept {
-    if (log_->fault_s != 0.0 && log_->zero_after_s == 0.0)
-      log_->zero_after_s = now_s() - log_->fault_s;
+    if (log_->fault_s != 0.0 && log_->zero_after < 0.0) log_->zero_after = since_fault_;
   }
 
   std::string_view fault_ = "";
@@ -122,6 +123,7 @@ class FakeDevice {
   FakeLog own_;
   FakeLog* log_ = &own_;
   double on_s_ = 0.0, last_s_ = 0.0;
+  int since_fault_ = 0;  // forces that were told
   Vector force_N_{};
 };
 

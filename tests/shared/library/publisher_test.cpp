@@ -223,7 +223,7 @@ TEST_CASE("A second thread in a call is told so, and does nothing", "[publisher]
 
 TEST_CASE("A step of a publisher allocates nothing", "[publisher]") {
   if (!devices::allocation_count()) {
-    WARN("skipped: a sanitizer counts allocations");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   Published scene("allocations", {});

@@ -181,7 +181,7 @@ TEST_CASE("An array too short takes as many spheres as fit, and of the fixed par
 
 TEST_CASE("Reading allocates nothing", "[library]") {
   if (!devices::allocation_count()) {
-    WARN("skipped: a sanitizer keeps allocations from being counted");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   Fixture fixture;

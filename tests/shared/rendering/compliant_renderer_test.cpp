@@ -421,7 +421,7 @@ TEST_CASE("Whatever predicted velocities and responses are, the force is finite"
 
 TEST_CASE("A tick of predict allocates nothing, at a switch neither", "[predict]") {
   if (!devices::allocation_count()) {
-    WARN("skipped: a sanitizer keeps allocations from being counted");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   Ball ball;

@@ -165,7 +165,7 @@ TEST_CASE("More contacts than a tick keeps are told, as is more work", "[hostile
 
 TEST_CASE("A tick that meets fields allocates nothing, at a switch neither", "[hostile_field]") {
   if (!devices::allocation_count()) {
-    WARN("skipped: a sanitizer keeps allocations from being counted");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   const auto transition = GENERATE(display::Transition::kHermite, display::Transition::kPredict);

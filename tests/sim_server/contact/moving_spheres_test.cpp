@@ -226,7 +226,7 @@ TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving
 
 TEST_CASE("Nothing is allocated once the lists have their length", "[moving_spheres]") {
   if (!devices::allocation_count()) {
-    WARN("skipped: a sanitizer's operator new stands in the way");
+    WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
   DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
