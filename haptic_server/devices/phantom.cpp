@@ -30,7 +30,7 @@ class PhantomDriver {
  public:
   static constexpr const char* kName = "phantom";
 
-  explicit PhantomDriver(const HostLoop& loop) : loop_(loop), options_(loop.period_ns, loop.log) {}
+  explicit PhantomDriver(const HostLoop& loop) : loop_(loop), options_(loop.period_ns) {}
 
   void configure(std::string_view key, std::string_view value) { options_.set(key, value); }
 

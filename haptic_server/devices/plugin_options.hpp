@@ -2,8 +2,6 @@
 
 #include <charconv>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -12,7 +10,6 @@
 #include "haptic_server/devices/number.hpp"
 #include "haptic_server/devices/trajectory.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"
-#include "shared/files/old_names.hpp"
 
 namespace stillgrid::devices {
 
@@ -46,22 +43,6 @@ enum class Bounds { kFinite, kNotNegative, kPositive };
   }
   return count;
 }
-
-/// The names by which options were given, old ones (kOldDeviceOptions) or today's.
-class OptionNames {
- public:
-  /// Today's name. Throws as refuse_option() where the option was given by its other name before.
-  std::string_view key_of(std::string_view given, std::string_view value) {
-    const std::string_view key = files::name_of_today(files::kOldDeviceOptions, given);
-    const auto [first, is_new] = given_.try_emplace(std::string(key), given);
-    if (!is_new && first->second != given)
-      refuse_option(given, value, first->second + " alone, which is the same option");
-    return key;
-  }
-
- private:
-  std::map<std::string, std::string, std::less<>> given_;  // by today's name
-};
 
 /// How a recording is read and evaluated.
 struct RecordingOptions {

@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "shared/files/number_text.hpp"
-#include "shared/files/old_names.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
@@ -44,8 +43,7 @@ Take number_to(Store&& store) {
 
 std::string take_flags(std::string_view text, RecordedTick& tick) {
   if (text.empty()) return {};
-  for (const std::string_view written : split(text, '|')) {
-    const std::string_view name = files::name_of_today(files::kOldFlags, written);
+  for (const std::string_view name : split(text, '|')) {
     const auto* const found =
         std::find(proto::kSafetyFlagNames.begin(), proto::kSafetyFlagNames.end(), name);
     if (found == proto::kSafetyFlagNames.end()) return "expected names of flags, joined by |";
@@ -133,15 +131,14 @@ class RecordingReader {
   }
 
  private:
-  std::string take_names(std::vector<std::string_view> names) {
-    for (std::string_view& name : names) name = files::name_of_today(files::kOldColumns, name);
+  std::string take_names(const std::vector<std::string_view>& names) {
     names_.assign(names.begin(), names.end());
     for (std::size_t i = 0; i < kNeeded; ++i)
       if (std::count(names.begin(), names.end(), known_[i].first) != 1)
         return "column " + std::string(known_[i].first) + ": expected once";
     for (const auto& [name, take] : known_)
       if (std::count(names.begin(), names.end(), name) > 1)
-        return "column " + std::string(name) + ": given twice, by this name or an earlier one";
+        return "column " + std::string(name) + ": given twice";
     for (const std::string_view name : names) {
       const auto found = std::find_if(known_.begin(), known_.end(),
                                       [&](const auto& column) { return column.first == name; });

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "proto/device_plugin.h"
-#include "shared/files/old_names.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
@@ -138,29 +137,6 @@ TEST_CASE("A bad option is refused in one line with key, value and what is expec
   const Plugin plugin(row.plugin);
   CHECK(plugin.configure(row.key, row.value) == STILLGRID_DEVICE_E_ARGUMENT);
   CHECK(plugin.line() == row.line);
-}
-
-TEST_CASE("The phantom takes its options by their old names too", "[plugins]") {
-  Plugin old("phantom"), now("phantom");
-  for (const auto& [before, today] : files::kOldDeviceOptions) {
-    CHECK(old.configure(std::string(before), "0.5") == STILLGRID_DEVICE_OK);
-    CHECK(now.configure(std::string(today), "0.5") == STILLGRID_DEVICE_OK);
-    CHECK(old.configure(std::string(before), "-1") == now.configure(std::string(today), "-1"));
-    CHECK(old.line() == now.line());
-  }
-}
-
-TEST_CASE("The phantom refuses an option under its old name and today's together", "[plugins]") {
-  for (const auto& [before, today] : files::kOldDeviceOptions) {
-    const std::string old(before), now(today);
-    for (const auto& [first, second] : {std::pair(old, now), std::pair(now, old)}) {
-      const Plugin plugin("phantom");
-      CHECK(plugin.configure(first, "0.5") == STILLGRID_DEVICE_OK);
-      CHECK(plugin.configure(second, "0.5") == STILLGRID_DEVICE_E_ARGUMENT);
-      CHECK(plugin.line() ==
-            second + ": value '0.5': expected " + first + " alone, which is the same option");
-    }
-  }
 }
 
 TEST_CASE("An unknown key is refused with the keys there are", "[plugins]") {

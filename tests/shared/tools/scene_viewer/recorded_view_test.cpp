@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "shared/files/old_names.hpp"
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
@@ -24,34 +23,12 @@ TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[reco
   CHECK(rows[1].orientation_xyzw == std::array{0.0, 0.0, 0.0, 1.0});
 }
 
-TEST_CASE("A recording of the old names of columns and flags is read alike", "[recorded_view]") {
+TEST_CASE("A recording with a column twice is refused in one line", "[recorded_view]") {
   const tests::TestFolder folder;
-  const auto read = [&](bool is_old) {
-    std::string names = "time_s,x_m,y_m,z_m,flags", row = "0,1,2,3,faded|";
-    row += is_old ? files::kOldFlags[0].before : files::kOldFlags[0].now;
-    for (std::size_t i = 0; i < files::kOldColumns.size(); ++i) {
-      names.append(",").append(is_old ? files::kOldColumns[i].before : files::kOldColumns[i].now);
-      row += "," + std::to_string(7 + i);
-    }
-    return read_recording(folder.write("run.csv", names + "\n" + row + "\n"));
-  };
-  for (const auto& rows : {read(true), read(false)}) {
-    CHECK(rows[0].sample.snapshot_id == 7);
-    CHECK(rows[0].torque_N_m == std::array{8.0, 9.0, 10.0});
-    CHECK(rows[0].sample.flags == (proto::kFlagFaded | proto::kFlagTruncated));
-  }
-}
-
-TEST_CASE("A recording with a column under its old name and today's is refused in one line",
-          "[recorded_view]") {
-  const tests::TestFolder folder;
-  for (const auto& [before, now] : files::kOldColumns) {
-    const auto file = folder.write("run.csv", "time_s,x_m,y_m,z_m," + std::string(before) + "," +
-                                                  std::string(now) + "\n0,1,2,3,4,5\n");
-    CHECK(refusal_line([&] { (void)read_recording(file); })
-              .ends_with("run.csv:1: column " + std::string(now) +
-                         ": given twice, by this name or an earlier one"));
-  }
+  const auto file = folder.write("run.csv", "time_s,x_m,y_m,z_m,age_s,age_s\n0,1,2,3,4,5\n");
+  CHECK(refusal_line([&] {
+          (void)read_recording(file);
+        }).ends_with("run.csv:1: column age_s: given twice"));
 }
 
 TEST_CASE("A last row without the end of its line is kept if all of it is there",
