@@ -61,7 +61,7 @@ class PhantomDriver {
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
     descriptor.continuous_force_N = device.continuous_force_N;
-    descriptor.nominal_stiffness_N_m = device.nominal_stiffness_N_m;
+    descriptor.nominal_stiffness_N_per_m = device.nominal_stiffness_N_per_m;
     descriptor.motor_time_constant_s = device.motor_time_constant_s;
     descriptor.max_speed_m_s = device.max_speed_m_s;
   }
