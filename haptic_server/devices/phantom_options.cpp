@@ -160,8 +160,8 @@ PhantomSettings PhantomOptions::settings() const {
     settings.path.kind = *kind;
   } else {
     settings.path.kind = PathKind::kRecorded;
-    settings.path.recorded =
-        curve_of(read_trajectory(path_, recording_.trajectory), recording_, settings.tick_s);
+    settings.path.recorded = curve_of(tables::read_trajectory(path_, recording_.trajectory),
+                                      recording_, settings.tick_s);
   }
   const auto apply_overrides = [&] {
     for (const auto& [key, value] : numbers_) place_of(key)(settings) = value;

@@ -9,8 +9,9 @@
 namespace stillgrid::files {
 
 /// The finite number that the whole text spells, in the C locale whatever the program's, or
-/// nothing.
+/// nothing. A '+' may stand before it.
 [[nodiscard]] inline std::optional<double> finite_number(std::string_view text) noexcept {
+  if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0.0;
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/devices/trajectory_columns.hpp"
+#include "shared/tables/trajectory_columns.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::tables {
 
 /// A motion as it was recorded, one sample a row, in the recording's frame after scale and
 /// offset.
@@ -22,6 +22,7 @@ struct Trajectory {
   std::vector<Eigen::Quaterniond> orientation;  // unit
   std::vector<Eigen::Vector3d> velocity_m_s;
   std::vector<Eigen::Vector3d> force_N;
+  bool is_recording = false;  // by haptic_server: in the scene's frame, not in a device's
 };
 
 /// What is done to the recorded positions: scale * recorded + offset.
@@ -35,13 +36,13 @@ struct TrajectoryOptions {
   AxisMap map;
 };
 
-/// Reads a recorded trajectory: the CSV of docs/formats.md.
+/// Reads a recorded trajectory, the CSV of docs/formats.md. A row counts once its newline is there,
+/// so that a file cut off at any byte is read up to its last whole row. Of rows with equal stamps
+/// the last counts.
 ///
-/// A row counts once its newline is there, so that a file cut off at any byte is read up to
-/// its last whole row. Blank lines are skipped. Of rows with equal stamps the last counts.
-/// Throws std::runtime_error, one line "FILE:LINE: column NAME: value 'V': expected ...",
-/// for a bad row or header, for a file without a whole row, and for one that cannot be read.
+/// Throws std::runtime_error as NumberTable, for a bad row or header, for a file without a whole
+/// row, and for one that cannot be read.
 [[nodiscard]] Trajectory read_trajectory(const std::string& file,
                                          const TrajectoryOptions& options = {});
 
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::tables
