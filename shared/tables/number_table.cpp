@@ -10,7 +10,7 @@
 namespace stillgrid::tables {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 1024 * files::kMiB;
+constexpr std::uintmax_t kMaxBytes = 1024 * files::kMiB;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
 
 bool is_named(std::string_view field, const std::string& name) {
@@ -39,7 +39,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
 
 NumberTable::NumberTable(const std::filesystem::path& file, std::string_view columns,
                          LastLine last_line)
-    : file_(file.string()), content_(files::read_text(file, kMostBytes)), rest_(content_) {
+    : file_(file.string()), content_(files::read_text(file, kMaxBytes)), rest_(content_) {
   if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
   if (last_line == LastLine::kMayBeCut) rest_ = rest_.substr(0, rest_.rfind('\n') + 1);
   if (!next_line()) refuse_file("no whole header line: expected " + std::string(columns));
