@@ -95,7 +95,7 @@ struct PluginAdapter {
 
   static std::int32_t describe(stillgrid_device* device,
                                stillgrid_device_descriptor* out) noexcept {
-    if (device == nullptr || !is_whole(out)) return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     stillgrid_device_descriptor descriptor{};
     std::strncpy(descriptor.name, Driver::kName, sizeof descriptor.name - 1);
@@ -118,7 +118,7 @@ struct PluginAdapter {
 
   static std::int32_t read(stillgrid_device* device, std::uint64_t now_ns,
                            stillgrid_device_state* out) noexcept {
-    if (device == nullptr || !is_whole(out)) return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
     stillgrid_device_state state{};
@@ -154,7 +154,7 @@ struct PluginAdapter {
 
   static std::int32_t list(stillgrid_device* device, std::uint32_t index,
                            stillgrid_device_listing* out) noexcept {
-    if (device == nullptr || !is_whole(out)) return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
     stillgrid_device_listing listing{};
@@ -228,7 +228,7 @@ struct PluginAdapter {
 
   /// Returns whether a struct of the host's is there, and of this header's size.
   template <class Struct>
-  static bool is_whole(const Struct* given) noexcept {
+  static bool has_size(const Struct* given) noexcept {
     return given != nullptr && given->struct_size == sizeof(Struct);
   }
 
@@ -239,7 +239,7 @@ struct PluginAdapter {
   }
 
   static std::int32_t identify(stillgrid_device* device, stillgrid_device_identity* out) noexcept {
-    if (device == nullptr || !is_whole(out)) return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     stillgrid_device_identity identity{};
     const std::int32_t code = guarded(self.error, [&] { self.driver.identify(identity); });
@@ -260,7 +260,7 @@ struct PluginAdapter {
     if (host.get_extension == nullptr) return nullptr;
     const auto* const log =
         static_cast<const stillgrid_host_log*>(host.get_extension(STILLGRID_HOST_LOG));
-    return is_whole(log) && log->log != nullptr ? log : nullptr;
+    return has_size(log) && log->log != nullptr ? log : nullptr;
   }
 
   static stillgrid_device_api table() noexcept {
@@ -291,7 +291,7 @@ struct PluginAdapter {
                                 stillgrid_device_api* out) noexcept {
     if (host == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     if (host->abi != STILLGRID_DEVICE_ABI) return STILLGRID_DEVICE_E_VERSION;
-    if (!is_whole(host) || !is_whole(out) || host->period_ns == 0)
+    if (!has_size(host) || !has_size(out) || host->period_ns == 0)
       return STILLGRID_DEVICE_E_ARGUMENT;
     host_loop.period_ns = host->period_ns;
     host_loop.clock = host->clock;

@@ -8,8 +8,8 @@
 
 namespace stillgrid::files {
 
-/// The finite number that the whole text spells, in the C locale whatever the program's, or
-/// nothing. A '+' may stand before it.
+/// Returns the finite number that the text spells, in the C locale whatever the program's, or
+/// std::nullopt. Accepts a leading '+'.
 [[nodiscard]] inline std::optional<double> finite_number(std::string_view text) noexcept {
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0.0;

@@ -34,22 +34,23 @@ enum class LastLine { kWhole, kMayBeCut };
 /// names the columns, then rows of as many fields. Skips blank lines, lines that begin with '#', a
 /// byte order mark, and blanks around fields.
 ///
-/// All functions throw std::runtime_error, one line "FILE:LINE: column NAME: FAULT", for what is
-/// wrong with the file.
+/// All functions throw std::runtime_error for a bad file: one line "FILE:LINE: column NAME: FAULT".
 class NumberTable {
  public:
-  /// Reads the file and its header. `columns` names the header in the message when there is none.
+  /// Reads the file and its header. `columns` is the header that the message expects of an empty
+  /// file.
   NumberTable(const std::filesystem::path& file, std::string_view columns, LastLine last_line);
   NumberTable(const NumberTable&) = delete;
   NumberTable& operator=(const NumberTable&) = delete;
 
-  /// Returns the column with one of these names, or nothing. A name that ends in `_m` stands for
-  /// the same in `_mm` too, which is converted. Refuses a column that is there twice.
+  /// Returns the column with one of these names, or std::nullopt. Accepts `x_mm` for `x_m`, and
+  /// converts it. Refuses a column that is there twice.
   [[nodiscard]] std::optional<Column> find(std::initializer_list<std::string> names) const;
   /// Returns the same. Refuses a header without it.
   [[nodiscard]] Column require(std::initializer_list<std::string> names,
                                const std::string& expected) const;
-  /// Returns all of these columns, or an empty list where there is none. Refuses a part of them.
+  /// Returns all of these columns, or an empty list if the header lacks all. Refuses a part of
+  /// them.
   [[nodiscard]] std::vector<Column> find_group(std::initializer_list<std::string> names) const;
 
   /// Whether the file begins with that text, behind a byte order mark.
@@ -77,7 +78,7 @@ class NumberTable {
   bool next_line();
 
   std::string file_, content_;
-  std::string_view rest_;  // of the content
+  std::string_view rest_;  // behind the current row
   std::size_t line_ = 0;
   std::vector<std::string_view> header_, fields_;
 };
