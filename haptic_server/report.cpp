@@ -54,7 +54,7 @@ nlohmann::json declared_json(const stillgrid_device_descriptor& device) {
           {"continuous_force_N", device.continuous_force_N},
           {"max_torque_N_m", device.max_torque_N_m},
           {"continuous_torque_N_m", device.continuous_torque_N_m},
-          {"nominal_stiffness_N_per_m", device.nominal_stiffness_N_m},
+          {"nominal_stiffness_N_per_m", device.nominal_stiffness_N_per_m},
           {"gripper_open_m", device.gripper_open_m},
           {"max_gripper_force_N", device.max_gripper_force_N}};
 }

@@ -1,12 +1,11 @@
-/* The contract between haptic_server and a device driver: a C ABI, version 2.
+/* The contract between haptic_server and a device driver: a C ABI.
  *
- * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct
- * begins with struct_size, set by the side that owns the buffer; a side touches only fields that
- * lie inside it, and takes what lies outside for zero: so a struct may grow at its end within a
- * version. The version chosen is the greatest that both know; the functions of version 2 stand at
- * the end of the table and may be null: a driver of version 1 loads as it is. No exception crosses
- * the border. The caller owns every buffer. Codes: 0 done, negative an error that strerror()
- * explains. Frames: positions, orientations and forces are in the device's own frame, SI units.
+ * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Host and driver
+ * must be built with the same STILLGRID_DEVICE_ABI. Every struct begins with struct_size, its
+ * sizeof, set by the side that owns the buffer; the other side rejects a struct of any other size
+ * and touches nothing behind it. No exception crosses the border. The caller owns every buffer.
+ * Codes: 0 done, negative an error that strerror() explains. Frames: positions, orientations and
+ * forces are in the device's own frame, SI units.
  *
  * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate ->
  * close. A driver answers a call out of this order with STILLGRID_DEVICE_E_ORDER. [main] functions
@@ -21,7 +20,7 @@
  * host calls read and write. So a force is of the position just read, and not a period old.
  *
  * Extensions: each side asks the other for a table by name and gets null where there is none. A
- * name ends in its version, and a table under a name never changes but by growing at its end.
+ * name ends in its version.
  */
 #ifndef STILLGRID_PROTO_DEVICE_PLUGIN_H
 #define STILLGRID_PROTO_DEVICE_PLUGIN_H
@@ -32,14 +31,14 @@
 extern "C" {
 #endif
 
-#define STILLGRID_DEVICE_ABI_MIN 1u
-#define STILLGRID_DEVICE_ABI_MAX 2u
+/* Grows with every change of this file's layout or meaning. */
+#define STILLGRID_DEVICE_ABI 2u
 
 #define STILLGRID_DEVICE_NAME_SIZE 64u
 
 /* Result codes. */
 #define STILLGRID_DEVICE_OK 0
-#define STILLGRID_DEVICE_E_VERSION (-1)  /* no common ABI version */
+#define STILLGRID_DEVICE_E_VERSION (-1)  /* another STILLGRID_DEVICE_ABI */
 #define STILLGRID_DEVICE_E_ARGUMENT (-2) /* unknown key, bad value, null or short buffer */
 #define STILLGRID_DEVICE_E_ORDER (-3)    /* call not allowed in this state of life */
 #define STILLGRID_DEVICE_E_NO_DEVICE (-4)
@@ -74,8 +73,8 @@ extern "C" {
  * Only such a device runs in virtual time; any other is released when the program ended without it.
  */
 #define STILLGRID_DEVICE_NO_MOTORS 2u
-/* The driver calls the tick that set_tick() gave it. Given none (a host of version 1, or virtual
- * time) it is called by the host as any other. */
+/* The driver calls the tick that set_tick() gave it. Given none (in virtual time) it is called by
+ * the host as any other. */
 #define STILLGRID_DEVICE_SETS_PACE 4u
 
 /* Degrees of freedom, in the device's own frame: translation along and rotation about its axes. */
@@ -91,9 +90,9 @@ extern "C" {
 
 typedef struct stillgrid_host_info {
   uint32_t struct_size;
-  uint32_t abi_min;
-  uint32_t abi_max;
-  uint32_t clock;     /* STILLGRID_CLOCK_... */
+  uint32_t abi;   /* STILLGRID_DEVICE_ABI */
+  uint32_t clock; /* STILLGRID_CLOCK_... */
+  uint32_t reserved;
   uint64_t period_ns; /* of the haptic loop */
   /* [main] A table of the host's by its name, or null. Good for as long as the process lives; the
    * host info itself only until negotiate returns. */
@@ -108,9 +107,9 @@ typedef struct stillgrid_device_descriptor {
   double workspace_min_m[3];
   double workspace_max_m[3];
   double position_resolution_m;
-  double max_force_N;           /* for a moment */
-  double continuous_force_N;    /* for ever: what the motors' heat allows */
-  double nominal_stiffness_N_m; /* greatest stiffness that the maker advises to render */
+  double max_force_N;               /* for a moment */
+  double continuous_force_N;        /* for ever: what the motors' heat allows */
+  double nominal_stiffness_N_per_m; /* greatest stiffness that the maker advises to render */
   double rate_hz;
   uint64_t max_read_ns;         /* longest that read() or write() may take */
   double motor_time_constant_s; /* thermal, over which max_force_N may exceed continuous_force_N */
@@ -158,7 +157,7 @@ typedef int32_t (*stillgrid_device_tick_fn)(void* context);
 
 typedef struct stillgrid_device_api {
   uint32_t struct_size;
-  uint32_t abi; /* the version the driver chose, within the host's range and its own */
+  uint32_t abi; /* STILLGRID_DEVICE_ABI */
 
   /* [main] Number of devices present, or a negative code. */
   int32_t (*enumerate)(void);
@@ -186,7 +185,7 @@ typedef struct stillgrid_device_api {
   /* [main] A table of the driver's by its name, or null. May itself be null: no extensions. */
   const void* (*get_extension)(const char* name);
 
-  /* Version 2; each of these may be null. */
+  /* Each of these may be null. */
   /* [main] For a device that declares STILLGRID_DEVICE_SETS_PACE: the tick that its thread calls
    * once a period, never two at a time, from activate() on until deactivate() has returned, which
    * waits for the last. Before activate(). Null takes the pace back. */

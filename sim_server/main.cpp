@@ -229,7 +229,6 @@ int run(Arguments& arguments) {
     return fail(error, realtime::kCouldNotStart);
   }
   scene::SceneDescription scene = scene::load_scene(arguments.scene);
-  for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) {
     scene.period_s = 1.0 / *arguments.rate_hz;

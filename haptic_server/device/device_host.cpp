@@ -20,7 +20,7 @@ bool is_sane(const stillgrid_device_descriptor& d) {
   const std::array limits = {d.position_resolution_m,
                              d.max_force_N,
                              d.continuous_force_N,
-                             d.nominal_stiffness_N_m,
+                             d.nominal_stiffness_N_per_m,
                              d.rate_hz,
                              d.motor_time_constant_s,
                              d.max_speed_m_s,
@@ -44,7 +44,7 @@ Device::Device(const DeviceSpec& spec, const DeviceLoop& loop)
     : spec_(spec), plugin_(spec.plugin), api_(negotiate_device(spec.plugin, loop)) {
   try {
     open();
-    sets_pace_ = !loop.is_virtual && api_.abi >= 2 && api_.set_tick != nullptr &&
+    sets_pace_ = !loop.is_virtual && api_.set_tick != nullptr &&
                  (descriptor_.flags & STILLGRID_DEVICE_SETS_PACE) != 0;
     if (sets_pace_) require_rate(loop);
   } catch (...) {
@@ -125,9 +125,7 @@ void Device::identify() {
           }),
           "get_extension");
   if (table == nullptr) return;
-  constexpr std::size_t kLeast =
-      offsetof(stillgrid_device_identity_api, identify) + sizeof table->identify;
-  if (table->struct_size < kLeast || table->identify == nullptr) {
+  if (table->struct_size != sizeof *table || table->identify == nullptr) {
     fail_device(DeviceFailure::kDeviceFault, plugin_,
                 "get_extension: expected a whole table of " STILLGRID_DEVICE_IDENTITY);
   }

@@ -24,8 +24,7 @@ struct DeviceLoop {
 class Device {
  public:
   /// Loads the plugin, configures it in the order of its options and asks what it is. Its motors
-  /// stay off. Drivers built with an older or a newer header are taken as they are: what they do
-  /// not know is zero.
+  /// stay off.
   ///
   /// Throws DeviceError.
   Device(const DeviceSpec& spec, const DeviceLoop& loop);

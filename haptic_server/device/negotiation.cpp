@@ -2,9 +2,7 @@
 
 #include <dlfcn.h>
 
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 
 #include "haptic_server/device/driver_call.hpp"
@@ -48,9 +46,9 @@ stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoo
   set_log_owner(plugin);
   const stillgrid_host_info host{
       sizeof(stillgrid_host_info),
-      STILLGRID_DEVICE_ABI_MIN,
-      STILLGRID_DEVICE_ABI_MAX,
+      STILLGRID_DEVICE_ABI,
       loop.is_virtual ? STILLGRID_CLOCK_VIRTUAL : STILLGRID_CLOCK_MONOTONIC,
+      0,
       loop.period_ns,
       host_extension};
   Fenced<stillgrid_device_api> table;
@@ -60,13 +58,11 @@ stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoo
     fail_device(DeviceFailure::kDeviceFault, plugin,
                 "negotiate: wrote past the struct_size of the host's table");
   }
-  const bool is_in_range =
-      api.abi >= STILLGRID_DEVICE_ABI_MIN && api.abi <= STILLGRID_DEVICE_ABI_MAX;
-  if (code == STILLGRID_DEVICE_E_VERSION || (code == STILLGRID_DEVICE_OK && !is_in_range)) {
+  if (code == STILLGRID_DEVICE_E_VERSION ||
+      (code == STILLGRID_DEVICE_OK && api.abi != STILLGRID_DEVICE_ABI)) {
     fail_device(DeviceFailure::kCannotStart, plugin,
-                "no common version of the device interface: expected " +
-                    std::to_string(STILLGRID_DEVICE_ABI_MIN) + " to " +
-                    std::to_string(STILLGRID_DEVICE_ABI_MAX));
+                "built for another version of the device interface: expected " +
+                    std::to_string(STILLGRID_DEVICE_ABI));
   }
   if (code != STILLGRID_DEVICE_OK)
     fail_device(DeviceFailure::kDeviceFault, plugin, "negotiate: code " + std::to_string(code));
@@ -74,10 +70,7 @@ stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoo
     fail_device(DeviceFailure::kDeviceFault, plugin,
                 "negotiate: expected a table with every function up to strerror");
   }
-  if (api.abi >= 2) return api;
-  stillgrid_device_api first{};  // of version 1: what stands behind its end says nothing
-  std::memcpy(&first, &api, offsetof(stillgrid_device_api, set_tick));
-  return first;
+  return api;
 }
 
 }  // namespace stillgrid::device

@@ -8,15 +8,14 @@
 
 namespace stillgrid::device {
 
-/// Loads the plugin for good (its code may go on running in a thread of its own) and agrees on a
-/// version. Every function of the table up to strerror is there; what an older driver does not know
-/// is null.
+/// Loads the plugin for good (its code may go on running in a thread of its own) and checks its
+/// version. Every function of the table up to strerror is there; the others may be null.
 ///
 /// Throws DeviceError.
 [[nodiscard]] stillgrid_device_api negotiate_device(const std::string& plugin,
                                                     const DeviceLoop& loop);
 
-/// Whether the table is filled in up to strerror: what came later may be missing.
+/// Whether the table is filled in up to strerror: the others may be missing.
 [[nodiscard]] bool has_every_function(const stillgrid_device_api& api) noexcept;
 
 /// Throws DeviceError: "device 'PLUGIN': LINE".

@@ -63,7 +63,7 @@ const DeviceProfile* profile_of(std::span<const DeviceProfile> profiles, std::st
 void fill_in(stillgrid_device_descriptor& descriptor, const DeviceProfile& profile) noexcept {
   fill_in(descriptor.max_force_N, profile.max_force_N);
   fill_in(descriptor.continuous_force_N, profile.continuous_force_N);
-  fill_in(descriptor.nominal_stiffness_N_m, profile.nominal_stiffness_N_m);
+  fill_in(descriptor.nominal_stiffness_N_per_m, profile.nominal_stiffness_N_per_m);
   fill_in(descriptor.max_torque_N_m, profile.max_torque_N_m);
   fill_in(descriptor.max_gripper_force_N, profile.max_gripper_force_N);
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -13,7 +13,7 @@ struct DeviceProfile {
   const char* words;  // all of them, in small letters, in the name that the vendor's library tells
   double max_force_N;
   double continuous_force_N;
-  double nominal_stiffness_N_m;
+  double nominal_stiffness_N_per_m;
   std::array<double, 3> workspace_m;  // extent along the axes, about the origin
   double max_torque_N_m;
   double max_gripper_force_N;

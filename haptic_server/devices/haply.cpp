@@ -69,7 +69,7 @@ class HaplyDriver {
     descriptor.flags = STILLGRID_DEVICE_SETS_PACE;
     descriptor.max_force_N = kMaxForce_N;
     descriptor.max_torque_N_m = 0.1 * kMaxForce_N;  // ignored: no motors turn the grip
-    descriptor.nominal_stiffness_N_m = kNominalStiffness_N_per_m;
+    descriptor.nominal_stiffness_N_per_m = kNominalStiffness_N_per_m;
     descriptor.max_read_ns = 50'000;
     descriptor.dof_actuated = kTranslation;
     descriptor.dof_sensed = kTranslation;

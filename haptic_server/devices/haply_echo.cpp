@@ -10,7 +10,6 @@ void HaplyEcho::sent(const Eigen::Vector3d& force_N) noexcept {
 }
 
 HaplyEcho::Verdict HaplyEcho::heard(const Eigen::Vector3d& force_N) noexcept {
-  heard_N_ = force_N;
   Eigen::Vector3d low_N = sent_N_[0];
   Eigen::Vector3d high_N = sent_N_[0];
   double greatest_N = 0.0;

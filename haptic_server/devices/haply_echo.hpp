@@ -28,9 +28,8 @@ class HaplyEcho {
   /// the last four that were sent. While next to nothing is sent and told, nothing is learnt.
   [[nodiscard]] Verdict heard(const Eigen::Vector3d& force_N) noexcept;
 
-  /// Of what was sent and what was told when they last differed.
+  /// The force that was sent last.
   [[nodiscard]] const Eigen::Vector3d& last_sent_N() const noexcept { return sent_N_[newest_]; }
-  [[nodiscard]] const Eigen::Vector3d& last_heard_N() const noexcept { return heard_N_; }
 
   /// Forgets all: another name is tried.
   void reset() noexcept { *this = {}; }
@@ -39,7 +38,6 @@ class HaplyEcho {
   std::array<Eigen::Vector3d, 4> sent_N_ = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
                                             Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   std::size_t newest_ = 0;
-  Eigen::Vector3d heard_N_ = Eigen::Vector3d::Zero();
   int differing_ = 0;
   bool has_confirmed_ = false;  // any force
 };

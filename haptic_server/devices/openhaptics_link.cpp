@@ -107,7 +107,7 @@ void OpenHapticsLink::describe(stillgrid_device_descriptor& descriptor) const {
   copy_text(descriptor.name, model.empty() ? "OpenHaptics" : model);
   descriptor.max_force_N = figure(hd, kHdNominalMaxForce);
   descriptor.continuous_force_N = figure(hd, kHdNominalMaxContinuousForce);
-  descriptor.nominal_stiffness_N_m = figure(hd, kHdNominalMaxStiffness, 1e3);
+  descriptor.nominal_stiffness_N_per_m = figure(hd, kHdNominalMaxStiffness, 1e3);
   std::array<double, 6> corners_mm{};
   hd.get_doublev(kHdMaxWorkspaceDimensions, corners_mm.data());
   const bool has_corners = hd.take_error().code == kHdSuccess &&

@@ -30,7 +30,7 @@ class PhantomDriver {
  public:
   static constexpr const char* kName = "phantom";
 
-  explicit PhantomDriver(const HostLoop& loop) : loop_(loop), options_(loop.period_ns, loop.log) {}
+  explicit PhantomDriver(const HostLoop& loop) : loop_(loop), options_(loop.period_ns) {}
 
   void configure(std::string_view key, std::string_view value) { options_.set(key, value); }
 
@@ -61,7 +61,7 @@ class PhantomDriver {
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
     descriptor.continuous_force_N = device.continuous_force_N;
-    descriptor.nominal_stiffness_N_m = device.nominal_stiffness_N_m;
+    descriptor.nominal_stiffness_N_per_m = device.nominal_stiffness_N_per_m;
     descriptor.motor_time_constant_s = device.motor_time_constant_s;
     descriptor.max_speed_m_s = device.max_speed_m_s;
   }

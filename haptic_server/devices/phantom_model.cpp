@@ -99,7 +99,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   touch.max_force_N = 3.3;
   touch.continuous_force_N = 0.88;
   touch.motor_time_constant_s = kAssumedMotorTimeConstant_s;
-  touch.nominal_stiffness_N_m = 1020.0;
+  touch.nominal_stiffness_N_per_m = 1020.0;
   touch.max_speed_m_s = kAssumedMaxSpeed_m_s;
   touch.mass_kg = 0.045;
   touch.damping_N_s_per_m = kAssumedDamping_N_s_per_m;
@@ -111,7 +111,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   touchx.resolution_m = 0.023e-3;
   touchx.max_force_N = 7.9;
   touchx.continuous_force_N = 1.75;
-  touchx.nominal_stiffness_N_m = 1480.0;
+  touchx.nominal_stiffness_N_per_m = 1480.0;
   touchx.friction_N = 0.06;  // assumed, as is the mass taken over from touch
   if (name == "touchx") return touchx;
 
@@ -120,7 +120,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   premium15.resolution_m = 0.03e-3;
   premium15.max_force_N = 8.5;
   premium15.continuous_force_N = 1.4;
-  premium15.nominal_stiffness_N_m = 3500.0;
+  premium15.nominal_stiffness_N_per_m = 3500.0;
   premium15.mass_kg = 0.075;    // assumed
   premium15.friction_N = 0.04;  // assumed
   if (name == "premium15") return premium15;

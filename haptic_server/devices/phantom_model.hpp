@@ -19,7 +19,7 @@ struct PhantomProfile {
   // Declared, not enforced; 0 unknown.
   double continuous_force_N = 0.0;
   double motor_time_constant_s = 0.0;  // thermal
-  double nominal_stiffness_N_m = 0.0;
+  double nominal_stiffness_N_per_m = 0.0;
   double max_speed_m_s = 0.0;
   double mass_kg = 0.0;  // apparent, at the tip
   double damping_N_s_per_m = 0.0;

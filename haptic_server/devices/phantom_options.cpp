@@ -107,10 +107,7 @@ void check_pivot(const PhantomSettings& settings, const Eigen::Vector3d& pivot_m
 
 }  // namespace
 
-void PhantomOptions::set(std::string_view given_key, std::string_view value) {
-  const std::string_view key = names_.key_of(given_key, value);
-  if (key != given_key)
-    log_.warn("option " + std::string(given_key) + " is now " + std::string(key));
+void PhantomOptions::set(std::string_view key, std::string_view value) {
   if (set_recording_option(recording_, key, value)) return;
   const auto* const number =
       std::find_if(kNumberOptions.begin(), kNumberOptions.end(),
@@ -163,8 +160,8 @@ PhantomSettings PhantomOptions::settings() const {
     settings.path.kind = *kind;
   } else {
     settings.path.kind = PathKind::kRecorded;
-    settings.path.recorded =
-        curve_of(read_trajectory(path_, recording_.trajectory), recording_, settings.tick_s);
+    settings.path.recorded = curve_of(tables::read_trajectory(path_, recording_.trajectory),
+                                      recording_, settings.tick_s);
   }
   const auto apply_overrides = [&] {
     for (const auto& [key, value] : numbers_) place_of(key)(settings) = value;

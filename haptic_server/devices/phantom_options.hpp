@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "haptic_server/devices/driver_host.hpp"
 #include "haptic_server/devices/phantom_model.hpp"
 #include "haptic_server/devices/plugin_options.hpp"
 
@@ -22,12 +21,12 @@ enum class Pace { kHost, kDevice, kLate };
 /// The options of a simulated device, in the order given. What they throw is one line for the user.
 class PhantomOptions {
  public:
-  PhantomOptions(std::uint64_t period_ns, HostLog log) : period_ns_(period_ns), log_(log) {
+  explicit PhantomOptions(std::uint64_t period_ns) : period_ns_(period_ns) {
     recording_.resampling = Resampling::kCubic;  // a hand's velocity does not step
   }
 
   /// One option. Throws std::runtime_error.
-  void set(std::string_view given_key, std::string_view value);
+  void set(std::string_view key, std::string_view value);
 
   /// Everything set so far, put together. Throws where the options do not fit together.
   [[nodiscard]] PhantomSettings settings() const;
@@ -49,11 +48,9 @@ class PhantomOptions {
   std::uint64_t seed_ = 1;
   bool declares_limits_ = true;
   std::uint64_t hold_ns_ = 0;  // that it stays at its start, whatever pushes
-  OptionNames names_;
   std::vector<std::pair<std::string, double>> numbers_;  // by key, in the order given
   std::array<std::optional<double>, 3> pivot_m_;         // as configured
   std::uint64_t period_ns_;
-  HostLog log_;
 };
 
 }  // namespace stillgrid::devices

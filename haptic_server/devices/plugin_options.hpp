@@ -2,17 +2,14 @@
 
 #include <charconv>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
 
-#include "haptic_server/devices/number.hpp"
-#include "haptic_server/devices/trajectory.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"
-#include "shared/files/old_names.hpp"
+#include "shared/files/number_text.hpp"
+#include "shared/tables/trajectory.hpp"
 
 namespace stillgrid::devices {
 
@@ -28,7 +25,7 @@ enum class Bounds { kFinite, kNotNegative, kPositive };
 /// The number of an option, in the unit of its key. Throws as refuse_option().
 [[nodiscard]] inline double number_option(std::string_view key, std::string_view value,
                                           Bounds bounds) {
-  const auto number = parse_number(value);
+  const auto number = files::finite_number(value);
   if (!number) refuse_option(key, value, "a finite number");
   if (bounds == Bounds::kPositive && *number <= 0.0) refuse_option(key, value, "more than 0");
   if (bounds == Bounds::kNotNegative && *number < 0.0) refuse_option(key, value, "0 or more");
@@ -47,25 +44,9 @@ enum class Bounds { kFinite, kNotNegative, kPositive };
   return count;
 }
 
-/// The names by which options were given, old ones (kOldDeviceOptions) or today's.
-class OptionNames {
- public:
-  /// Today's name. Throws as refuse_option() where the option was given by its other name before.
-  std::string_view key_of(std::string_view given, std::string_view value) {
-    const std::string_view key = files::name_of_today(files::kOldDeviceOptions, given);
-    const auto [first, is_new] = given_.try_emplace(std::string(key), given);
-    if (!is_new && first->second != given)
-      refuse_option(given, value, first->second + " alone, which is the same option");
-    return key;
-  }
-
- private:
-  std::map<std::string, std::string, std::less<>> given_;  // by today's name
-};
-
 /// How a recording is read and evaluated.
 struct RecordingOptions {
-  TrajectoryOptions trajectory;
+  tables::TrajectoryOptions trajectory;
   Resampling resampling = Resampling::kLinear;
   double knot_spacing_s = 0.0;  // see make_curve()
 };
@@ -74,7 +55,7 @@ struct RecordingOptions {
 /// Throws as refuse_option().
 [[nodiscard]] inline bool set_recording_option(RecordingOptions& options, std::string_view key,
                                                std::string_view value) {
-  TrajectoryOptions& trajectory = options.trajectory;
+  tables::TrajectoryOptions& trajectory = options.trajectory;
   if (key == "scale") {
     trajectory.scale = number_option(key, value, Bounds::kFinite);
   } else if (key == "offset_x_m") {
@@ -84,7 +65,7 @@ struct RecordingOptions {
   } else if (key == "offset_z_m") {
     trajectory.offset_m.z() = number_option(key, value, Bounds::kFinite);
   } else if (key == "map") {
-    trajectory.map = parse_axis_map(value);
+    trajectory.map = tables::parse_axis_map(value);
   } else if (key == "knot_spacing_s") {
     options.knot_spacing_s = number_option(key, value, Bounds::kNotNegative);
   } else if (key == "resample") {
@@ -104,7 +85,7 @@ struct RecordingOptions {
 }
 
 /// A recording as the options want it evaluated, for a loop of that tick.
-[[nodiscard]] inline TrajectoryCurve curve_of(const Trajectory& recording,
+[[nodiscard]] inline TrajectoryCurve curve_of(const tables::Trajectory& recording,
                                               const RecordingOptions& options, double tick_s) {
   return make_curve(recording, options.resampling, options.knot_spacing_s, tick_s);
 }

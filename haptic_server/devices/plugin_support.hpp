@@ -95,10 +95,7 @@ struct PluginAdapter {
 
   static std::int32_t describe(stillgrid_device* device,
                                stillgrid_device_descriptor* out) noexcept {
-    constexpr std::size_t kLeast = offsetof(stillgrid_device_descriptor, workspace_min_m);
-    if (device == nullptr || out == nullptr || out->struct_size < kLeast) {
-      return STILLGRID_DEVICE_E_ARGUMENT;
-    }
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     stillgrid_device_descriptor descriptor{};
     std::strncpy(descriptor.name, Driver::kName, sizeof descriptor.name - 1);
@@ -121,17 +118,11 @@ struct PluginAdapter {
 
   static std::int32_t read(stillgrid_device* device, std::uint64_t now_ns,
                            stillgrid_device_state* out) noexcept {
-    constexpr std::size_t kLeast = offsetof(stillgrid_device_state, orientation_xyzw);
-    if (device == nullptr || out == nullptr || out->struct_size < kLeast) {
-      return STILLGRID_DEVICE_E_ARGUMENT;
-    }
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
     stillgrid_device_state state{};
     const std::int32_t code = self.driver.read(now_ns, self.is_stopped, state);
-    if (out->struct_size < offsetof(stillgrid_device_state, velocity_m_s)) {
-      state.valid &= ~STILLGRID_STATE_ORIENTATION;  // an older host's struct ends before it
-    }
     copy_out(state, out);
     return code;
   }
@@ -163,9 +154,7 @@ struct PluginAdapter {
 
   static std::int32_t list(stillgrid_device* device, std::uint32_t index,
                            stillgrid_device_listing* out) noexcept {
-    constexpr std::size_t kLeast = offsetof(stillgrid_device_listing, serial);
-    if (device == nullptr || out == nullptr || out->struct_size < kLeast)
-      return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
     stillgrid_device_listing listing{};
@@ -221,9 +210,9 @@ struct PluginAdapter {
       case STILLGRID_DEVICE_OK:
         return "done";
       case STILLGRID_DEVICE_E_VERSION:
-        return "no common version of the device interface";
+        return "built for another version of the device interface";
       case STILLGRID_DEVICE_E_ARGUMENT:
-        return "null or short buffer, or a null device";
+        return "null argument, or a struct of another size";
       case STILLGRID_DEVICE_E_ORDER:
         return "call not allowed in this state of life";
       case STILLGRID_DEVICE_E_NO_DEVICE:
@@ -237,18 +226,20 @@ struct PluginAdapter {
     }
   }
 
-  /// Copies what lies inside the caller's struct, and leaves its struct_size alone.
+  /// Returns whether a struct of the host's is there, and of this header's size.
+  template <class Struct>
+  static bool has_size(const Struct* given) noexcept {
+    return given != nullptr && given->struct_size == sizeof(Struct);
+  }
+
   template <class Struct>
   static void copy_out(Struct& from, Struct* to) noexcept {
-    static_assert(std::is_trivially_copyable_v<Struct>);
-    from.struct_size = to->struct_size;
-    std::memcpy(to, &from, std::min<std::size_t>(to->struct_size, sizeof(Struct)));
+    from.struct_size = sizeof(Struct);
+    *to = from;
   }
 
   static std::int32_t identify(stillgrid_device* device, stillgrid_device_identity* out) noexcept {
-    constexpr std::size_t kLeast = offsetof(stillgrid_device_identity, firmware);
-    if (device == nullptr || out == nullptr || out->struct_size < kLeast)
-      return STILLGRID_DEVICE_E_ARGUMENT;
+    if (device == nullptr || !has_size(out)) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     stillgrid_device_identity identity{};
     const std::int32_t code = guarded(self.error, [&] { self.driver.identify(identity); });
@@ -264,16 +255,12 @@ struct PluginAdapter {
     return nullptr;
   }
 
-  /// The host's log, or null. A table that ends before its function has none.
+  /// The host's log, or null.
   static const stillgrid_host_log* log_of(const stillgrid_host_info& host) noexcept {
-    constexpr std::size_t kLeastHost =
-        offsetof(stillgrid_host_info, get_extension) + sizeof host.get_extension;
-    constexpr std::size_t kLeastLog =
-        offsetof(stillgrid_host_log, log) + sizeof stillgrid_host_log::log;
-    if (host.struct_size < kLeastHost || host.get_extension == nullptr) return nullptr;
+    if (host.get_extension == nullptr) return nullptr;
     const auto* const log =
         static_cast<const stillgrid_host_log*>(host.get_extension(STILLGRID_HOST_LOG));
-    return log != nullptr && log->struct_size >= kLeastLog && log->log != nullptr ? log : nullptr;
+    return has_size(log) && log->log != nullptr ? log : nullptr;
   }
 
   static stillgrid_device_api table() noexcept {
@@ -302,26 +289,15 @@ struct PluginAdapter {
 
   static std::int32_t negotiate(const stillgrid_host_info* host,
                                 stillgrid_device_api* out) noexcept {
-    constexpr std::size_t kLeastHost = offsetof(stillgrid_host_info, clock);
-    constexpr std::size_t kLeastTable = offsetof(stillgrid_device_api, get_extension);
-    if (host == nullptr || out == nullptr || host->struct_size < kLeastHost ||
-        out->struct_size < kLeastTable) {
+    if (host == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    if (host->abi != STILLGRID_DEVICE_ABI) return STILLGRID_DEVICE_E_VERSION;
+    if (!has_size(host) || !has_size(out) || host->period_ns == 0)
       return STILLGRID_DEVICE_E_ARGUMENT;
-    }
-    if (host->abi_max < STILLGRID_DEVICE_ABI_MIN || host->abi_min > STILLGRID_DEVICE_ABI_MAX ||
-        host->abi_min > host->abi_max) {
-      return STILLGRID_DEVICE_E_VERSION;
-    }
-    HostLoop loop;
-    if (host->struct_size >= offsetof(stillgrid_host_info, get_extension)) {
-      loop.period_ns = host->period_ns;
-      loop.clock = host->clock;
-    }
-    if (loop.period_ns == 0) return STILLGRID_DEVICE_E_ARGUMENT;
-    loop.log.table = log_of(*host);
-    host_loop = loop;
+    host_loop.period_ns = host->period_ns;
+    host_loop.clock = host->clock;
+    host_loop.log.table = log_of(*host);
     stillgrid_device_api api = table();
-    api.abi = std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX);
+    api.abi = STILLGRID_DEVICE_ABI;
     copy_out(api, out);
     return STILLGRID_DEVICE_OK;
   }

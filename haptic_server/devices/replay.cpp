@@ -123,7 +123,7 @@ class ReplayDriver {
   void load() {
     if (is_loaded_) return;
     if (file_.empty()) refuse_option("file", "", "a trajectory CSV: file=PATH is required");
-    const Trajectory recording = read_trajectory(file_, options_.trajectory);
+    const tables::Trajectory recording = tables::read_trajectory(file_, options_.trajectory);
     if (const std::string line = faults_of(file_, recording); !line.empty()) log_.warn(line);
     curve_ = curve_of(recording, options_, tick_s_);
     constexpr double kLongest_s = 1e9;  // keeps nanoseconds in range

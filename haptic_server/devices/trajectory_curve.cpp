@@ -12,7 +12,7 @@ namespace {
 constexpr double kLongestStale_s = 0.05;  // a sensor slower than 20 Hz is taken for a rest
 
 /// The rows that are not stale readings, see make_curve().
-std::vector<std::size_t> fresh_rows(const Trajectory& trajectory) {
+std::vector<std::size_t> fresh_rows(const tables::Trajectory& trajectory) {
   std::vector<std::size_t> rows;
   const std::size_t count = trajectory.time_s.size();
   for (std::size_t first = 0; first < count;) {
@@ -27,8 +27,8 @@ std::vector<std::size_t> fresh_rows(const Trajectory& trajectory) {
   return rows;
 }
 
-std::vector<std::size_t> thinned(const std::vector<std::size_t>& rows, const Trajectory& trajectory,
-                                 double spacing_s) {
+std::vector<std::size_t> thinned(const std::vector<std::size_t>& rows,
+                                 const tables::Trajectory& trajectory, double spacing_s) {
   std::vector<std::size_t> kept;
   for (const std::size_t row : rows) {
     const bool is_last = row == rows.back();
@@ -90,7 +90,7 @@ TrajectoryCurve spline_through(std::vector<double> time_s,
   return curve;
 }
 
-TrajectoryCurve make_curve(const Trajectory& trajectory, Resampling resampling,
+TrajectoryCurve make_curve(const tables::Trajectory& trajectory, Resampling resampling,
                            double knot_spacing_s, double tick_s) {
   assert(!trajectory.time_s.empty() && knot_spacing_s >= 0.0);
   TrajectoryCurve curve;

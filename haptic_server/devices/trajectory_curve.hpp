@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "haptic_server/devices/trajectory.hpp"
+#include "shared/tables/trajectory.hpp"
 
 namespace stillgrid::devices {
 
@@ -59,8 +59,9 @@ struct MotionPoint {
 /// The last sample is always a knot.
 /// tick_s is of the loop that will read it; only band-limited needs it.
 /// Pre: the invariants of Trajectory; knot_spacing_s >= 0; tick_s > 0.
-[[nodiscard]] TrajectoryCurve make_curve(const Trajectory& trajectory, Resampling resampling,
-                                         double knot_spacing_s = 0.0, double tick_s = 1e-3);
+[[nodiscard]] TrajectoryCurve make_curve(const tables::Trajectory& trajectory,
+                                         Resampling resampling, double knot_spacing_s = 0.0,
+                                         double tick_s = 1e-3);
 
 /// Position and velocity at time_s after the first sample; before the first knot and after
 /// the last one the curve stands still.

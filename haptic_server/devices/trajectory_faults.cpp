@@ -35,7 +35,7 @@ std::string count_of(std::size_t count, const std::string& kind) {
 
 }  // namespace
 
-std::string faults_of(const std::string& file, const Trajectory& trajectory) {
+std::string faults_of(const std::string& file, const tables::Trajectory& trajectory) {
   const std::vector<double>& time_s = trajectory.time_s;
   const std::vector<Eigen::Vector3d>& position_m = trajectory.position_m;
   if (time_s.size() < kFewRows) return {};

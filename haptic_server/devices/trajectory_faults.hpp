@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "haptic_server/devices/trajectory.hpp"
+#include "shared/tables/trajectory.hpp"
 
 namespace stillgrid::devices {
 
@@ -14,6 +14,6 @@ namespace stillgrid::devices {
 /// median, of ten rows or more. A jump: more than 1 mm at more than 5 m/s, counted since the
 /// position last changed, for a fast logger repeats the readings of a slow sensor. As
 /// stillgrid_import, which refuses both (docs/import.md).
-[[nodiscard]] std::string faults_of(const std::string& file, const Trajectory& trajectory);
+[[nodiscard]] std::string faults_of(const std::string& file, const tables::Trajectory& trajectory);
 
 }  // namespace stillgrid::devices

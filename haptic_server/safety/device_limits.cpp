@@ -26,7 +26,7 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   limits.max_slew_N_per_ms =
       options.max_slew_N_per_ms.value_or(kDefaultSlew_per_ms * limits.max_force_N);
   limits.stiffness_N_per_m =
-      options.max_stiffness_N_per_m.value_or(declared_or(device.nominal_stiffness_N_m, kNone));
+      options.max_stiffness_N_per_m.value_or(declared_or(device.nominal_stiffness_N_per_m, kNone));
   limits.continuous_force_N = declared_or(device.continuous_force_N, kNone);
   limits.continuous_torque_N_m = declared_or(device.continuous_torque_N_m, kNone);
   limits.motor_time_constant_s =

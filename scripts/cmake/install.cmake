@@ -9,7 +9,7 @@ endforeach()
 # What two of them share.
 set(ends scripts/replay/endings.py scripts/replay/whole_file.py)
 set(replays ${ends} scripts/replay/expectation.py scripts/replay/forces.py scripts/replay/recorded_frame.py
-  scripts/replay/servers.py shared/python/stillgrid/metadata.py shared/python/stillgrid/old_names.py)
+  scripts/replay/servers.py shared/python/stillgrid/metadata.py)
 install(FILES ${replays} scripts/replay/picture.py scripts/replay/verdict.py
   DESTINATION ${share}/replay COMPONENT replay_check)
 install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit

@@ -6,7 +6,6 @@ from tables import read_rows
 MODELS = {"spheres": ("#D55E00", "decomposition"),
           "even spheres": ("#E69F00", "even spheres under the surface"),
           "penetration volume": ("#CC79A7", "their penetration volume"),
-          "blobs": ("#0072B2", "blobs of the decomposition"),
           "field": ("#009E73", "distance field")}
 PANELS = (("mean_cosine", "mean cosine with the measured force"),
           ("in_contact", "share of samples in contact"),

@@ -5,7 +5,7 @@ from tables import read_rows
 
 STYLES = {"spheres": ("#D55E00", "s", "decomposition"), "even spheres": ("#E69F00", "D", "even spheres"),
           "penetration volume": ("#CC79A7", "v", "penetration volume of even spheres"),
-          "blobs": ("#0072B2", "o", "blobs of the decomposition"), "field": ("#009E73", "^", "distance field")}
+          "field": ("#009E73", "^", "distance field")}
 # cost, how it is called, by what it is divided
 COSTS = (("flushed_ns", "one query, caches flushed [us]", 1e3), ("hot_ns", "one query, hot [ns]", 1.0),
          ("bytes", "memory [kB]", 1e3))

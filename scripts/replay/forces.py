@@ -6,7 +6,6 @@ import numpy
 
 from expectation import Unusable, content_of
 from metadata import metadata_of
-from old_names import columns_of_today, given_twice
 
 TIME_NAMES = ("time_s", "t_s")
 FORCE_NAMES = ("fx_N", "fy_N", "fz_N")
@@ -23,7 +22,7 @@ class Forces:
     columns: dict
     lines: numpy.ndarray  # where each row stands in the file
     is_recording: bool  # by haptic_server --record, whose positions are the tool's in the scene
-    about: dict  # of the metadata beside a recording, or of the lines "# key: value" above an earlier one
+    about: dict  # of the metadata beside a recording, or of the lines "# key: value" above an imported one
 
     def names(self, wanted):
         return [name for name in wanted if name in self.columns]
@@ -48,9 +47,7 @@ def read_forces(file, sources=None):
     for number, row in rows:
         if len(row) != len(header):
             raise Unusable(f"{file}:{number}: {len(row)} fields: expected {len(header)}")
-    if name := given_twice(header):
-        raise Unusable(f"{file}:{header_line}: column {name}: given twice, by this name or an earlier one")
-    columns, header, sources = {}, columns_of_today(header), sources or {}
+    columns, sources = {}, sources or {}
     for name, (source, _) in sources.items():
         if source not in header:
             raise Unusable(f"{file}:{header_line}: column {source}: missing: expected it for {name}")

@@ -2,7 +2,7 @@
 
 
 def is_recording(file):
-    """By its columns; of an earlier version, or imported, by its first line."""
+    """Returns whether the columns are those of haptic_server --record, or the first line names the scene of an import."""
     with open(file, encoding="utf-8", errors="replace") as lines:
         first = next(lines, "")
         header = next((line for line in (first, *lines) if not line.startswith("#")), "")

@@ -14,11 +14,9 @@ namespace stillgrid::command_line {
   return "segment version " + std::to_string(proto::kSegmentVersion);
 }
 
-/// The drivers that a program loads: "device interface 1", or "1 to 2" (proto/device_plugin.h).
+/// The drivers that a program loads: "device interface 2" (proto/device_plugin.h).
 [[nodiscard]] inline std::string device_interface() {
-  const std::string first = std::to_string(STILLGRID_DEVICE_ABI_MIN);
-  const std::string last = std::to_string(STILLGRID_DEVICE_ABI_MAX);
-  return "device interface " + (first == last ? first : first + " to " + last);
+  return "device interface " + std::to_string(STILLGRID_DEVICE_ABI);
 }
 
 /// Gives a program --version, which prints "NAME VERSION (INTERFACE, ...)" and ends it. The version

@@ -3,16 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <optional>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 
-#include "shared/files/number_text.hpp"
+#include "shared/tables/number_table.hpp"
 #include "sim_server/spheres/ball_tree.hpp"
 
 namespace stillgrid::fields {
@@ -20,35 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::string_view kHeader = "x_m,y_m,z_m,stiffness_N_per_m";
-constexpr std::array<std::string_view, 4> kColumns = {"x_m", "y_m", "z_m", "stiffness_N_per_m"};
-constexpr double kLargest = 1e12, kLeast = 1e-9;
+constexpr double kLargest_N_per_m = 1e12, kLeast_N_per_m = 1e-9;
 constexpr std::size_t kNeighbours = 3;
-
-[[noreturn]] void refuse(const std::filesystem::path& file, int line, std::string_view column,
-                         std::string_view value, std::string_view expected) {
-  throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + std::string(column) +
-                           ": value '" + std::string(value.substr(0, 40)) + "': expected " +
-                           std::string(expected));
-}
-
-StiffnessPlace parse_row(std::string_view row, const std::filesystem::path& file, int line) {
-  if (std::ranges::count(row, ',') != 3) refuse(file, line, "row", row, "four numbers");
-  std::array<double, 4> values{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    std::string_view field = row.substr(0, row.find(','));
-    row.remove_prefix(std::min(row.size(), field.size() + 1));
-    while (field.starts_with(' ')) field.remove_prefix(1);
-    while (field.ends_with(' ')) field.remove_suffix(1);
-    const std::optional<double> value = files::finite_number(field);
-    if (i < 3 && !(value && std::abs(*value) <= kLargest))
-      refuse(file, line, kColumns[i], field, "a number from -1e12 to 1e12");
-    if (i == 3 && !(value && *value >= kLeast && *value <= kLargest))
-      refuse(file, line, kColumns[i], field, "a number from 1e-9 to 1e12");
-    values[i] = *value;
-  }
-  return {{values[0], values[1], values[2]}, values[3]};
-}
 
 /// The mean distance to the nearest places elsewhere; 0 where there is none. Looked for within
 /// first_m, then farther.
@@ -72,23 +39,25 @@ double spacing_m(const spheres::BallTree& tree, std::span<const spheres::Ball> c
 }  // namespace
 
 std::vector<StiffnessPlace> read_stiffness_places(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read: " + std::strerror(errno));
+  const std::string columns = "x_m, y_m, z_m (or _mm), stiffness_N_per_m";
+  tables::NumberTable table(file, columns, tables::LastLine::kWhole);
+  const std::array<tables::Column, 3> place = {table.require({"x_m"}, columns),
+                                               table.require({"y_m"}, columns),
+                                               table.require({"z_m"}, columns)};
+  const tables::Column stiffness = table.require({"stiffness_N_per_m"}, columns);
   std::vector<StiffnessPlace> places;
-  bool has_header = false;
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
-    if (!text.empty() && text.back() == '\r') text.pop_back();
-    if (text.empty() || text.front() == '#') continue;
-    if (!has_header && text != kHeader) refuse(file, line, "header", text, kHeader);
-    if (has_header) places.push_back(parse_row(text, file, line));
-    has_header = true;
+  while (table.next()) {
+    const double stiffness_N_per_m = table.number(stiffness);
+    if (!(stiffness_N_per_m >= kLeast_N_per_m && stiffness_N_per_m <= kLargest_N_per_m))
+      table.refuse_value(stiffness, "a number from 1e-9 to 1e12");
+    places.push_back(
+        {{table.length_m(place[0]), table.length_m(place[1]), table.length_m(place[2])},
+         stiffness_N_per_m});
     if (places.size() > kMaxStiffnessPlaces)
-      throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": expected at most " +
-                               std::to_string(kMaxStiffnessPlaces) + " places");
+      table.refuse(stiffness.name,
+                   "expected at most " + std::to_string(kMaxStiffnessPlaces) + " places");
   }
-  if (in.bad()) throw std::runtime_error(file.string() + ": could not be read to its end");
-  if (places.empty()) throw std::runtime_error(file.string() + ": 0 places: expected one at least");
+  if (places.empty()) table.refuse_file("0 places: expected one at least");
   return places;
 }
 

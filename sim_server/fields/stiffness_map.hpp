@@ -15,11 +15,9 @@ namespace stillgrid::fields {
 /// Most places of one map.
 inline constexpr std::size_t kMaxStiffnessPlaces = 100'000;
 
-/// Reads a CSV of the header `x_m,y_m,z_m,stiffness_N_per_m`, then a row a place; lines that begin
-/// with # are skipped.
-///
-/// Throws std::runtime_error naming file, line, column and value for anything but finite numbers
-/// and stiffnesses from 1e-9 to 1e12 N/m, for a file without a place, or with too many.
+/// Reads a table (shared/tables) with the columns x_m, y_m, z_m and stiffness_N_per_m, a row a
+/// place. Throws std::runtime_error naming file, line, column and value for stiffnesses outside of
+/// 1e-9 to 1e12 N/m, for a file without a place, or with too many.
 [[nodiscard]] std::vector<StiffnessPlace> read_stiffness_places(const std::filesystem::path& file);
 
 /// A stiffness over space from places where it is known: smooth, positive, between the least and

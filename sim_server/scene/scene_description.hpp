@@ -82,9 +82,8 @@ struct SceneDescription {
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
   std::optional<HandDescription> hand;
-  std::vector<Hand> hands;            // at most proto::kMaxHands
-  std::vector<std::string> notes;     // for the log: what was made of each mesh, a line each
-  std::vector<std::string> warnings;  // likewise: names of format 1 and what they are now
+  std::vector<Hand> hands;         // at most proto::kMaxHands
+  std::vector<std::string> notes;  // for the log: what was made of each mesh, a line each
 };
 
 /// The hands of a scene: those with a name, or the one without. One at least.

@@ -23,7 +23,6 @@
 #include "shared/publication/hands.hpp"
 #include "sim_server/bodies/kinds/mesh_fields.hpp"
 #include "sim_server/scene/body_reader.hpp"
-#include "sim_server/scene/format_1.hpp"
 #include "sim_server/scene/joint_reader.hpp"
 #include "sim_server/toml/refusal.hpp"
 #include "sim_server/toml/toml_depth.hpp"
@@ -32,7 +31,7 @@
 namespace stillgrid::scene {
 namespace {
 
-constexpr int kOldestFormat = 1, kFormat = 2;
+constexpr int kFormat = 2;
 constexpr std::size_t kMaxMaterials = 64;
 constexpr std::size_t kMaxPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
@@ -344,19 +343,8 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   SceneDescription scene;
   scene.name = path.stem().string();
   // First of all: under another format every other key may mean something else.
-  const int format = document.integer("format", {kOldestFormat, kFormat});
-  if (format == kFormat) {
-    refuse_format_1(parsed, file);
-    read_tables(document, methods, file, scene);
-    return scene;
-  }
-  const std::vector<RenewedKey> renewed = renew_format_1(parsed, file);
-  scene.warnings = lines_of(renewed, file);
-  try {
-    read_tables(document, methods, file, scene);
-  } catch (const toml::SceneError& refusal) {
-    throw with_names_of_file(refusal, renewed);
-  }
+  (void)document.integer("format", {kFormat, kFormat});
+  read_tables(document, methods, file, scene);
   return scene;
 }
 

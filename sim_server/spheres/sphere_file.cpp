@@ -1,62 +1,35 @@
 #include "sim_server/spheres/sphere_file.hpp"
 
-#include <cerrno>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
+#include <array>
 #include <limits>
-#include <stdexcept>
+#include <ostream>
 #include <string>
 
 #include "shared/files/whole_file.hpp"
+#include "shared/tables/number_table.hpp"
 
 namespace stillgrid::spheres {
 namespace {
 
 constexpr const char* kHeader = "x_m,y_m,z_m,radius_m";
-
-[[noreturn]] void refuse(const std::filesystem::path& file, int line, const std::string& what) {
-  throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + what);
-}
-
-Ball parse_row(const std::string& text, const std::filesystem::path& file, int line) {
-  static constexpr const char* kNames[] = {"x_m", "y_m", "z_m", "radius_m"};
-  double values[4] = {};
-  const char* at = text.c_str();
-  for (int i = 0; i < 4; ++i) {
-    char* end = nullptr;
-    values[i] = std::strtod(at, &end);
-    const bool ends_well = i < 3 ? *end == ',' : *end == '\0';
-    if (end == at || !ends_well || !std::isfinite(values[i]))
-      refuse(file, line,
-             std::string(kNames[i]) + ": value '" + std::string(at, std::strcspn(at, ",")) +
-                 "': expected a finite number, four in a row");
-    at = end + 1;
-  }
-  if (!(values[3] > 0.0))
-    refuse(file, line, "radius_m: value " + std::to_string(values[3]) + ": expected more than 0");
-  return {{values[0], values[1], values[2]}, values[3]};
-}
+constexpr std::array<const char*, 4> kNames = {"x_m", "y_m", "z_m", "radius_m"};
 
 }  // namespace
 
 std::vector<Ball> read_spheres(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read: " + std::strerror(errno));
+  tables::NumberTable table(file, kHeader, tables::LastLine::kWhole);
+  std::array<tables::Column, 4> columns;
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    columns[i] = table.require({kNames[i]}, std::string(kHeader) + " (or _mm)");
   std::vector<Ball> balls;
-  bool has_header = false;
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
-    if (!text.empty() && text.back() == '\r') text.pop_back();
-    if (text.empty() || text.front() == '#') continue;
-    if (!has_header && text != kHeader)
-      refuse(file, line, "header: value '" + text + "': expected " + kHeader);
-    if (has_header) balls.push_back(parse_row(text, file, line));
-    has_header = true;
+  while (table.next()) {
+    const double radius_m = table.length_m(columns[3]);
+    if (!(radius_m > 0.0)) table.refuse_value(columns[3], "more than 0");
+    balls.push_back(
+        {{table.length_m(columns[0]), table.length_m(columns[1]), table.length_m(columns[2])},
+         radius_m});
   }
-  if (in.bad()) throw std::runtime_error(file.string() + ": could not be read to its end");
-  if (balls.empty()) throw std::runtime_error(file.string() + ": 0 spheres: expected one at least");
+  if (balls.empty()) table.refuse_file("0 spheres: expected one at least");
   return balls;
 }
 

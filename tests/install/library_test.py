@@ -61,6 +61,11 @@ class LibraryTest(daemons.SessionTest):
         recording = self.feel(self.engine(program, self.session), self.still_device(0, 0, -0.007), 0.3)
         self.assertAlmostEqual(recording["fz_N"].max(), 1.0, delta=1e-3)  # 2 mm deep
 
+    def test_the_page_of_readers_shows_the_logger_that_is_tested(self):
+        page = (ROOT / "docs" / "library_reader.md").read_text()
+        logger = ROOT / "tests" / "shared" / "library" / "logger.c"
+        self.assertIn(f"```c\n{logger.read_text()}```", page)
+
     def test_the_library_exports_what_its_header_declares(self):
         header = (self.prefix / "include" / "stillgrid" / "stillgrid.h").read_text()
         declared = set(re.findall(r"^STILLGRID_API [^(]*?(stillgrid_\w+)\(", header, re.MULTILINE))

@@ -57,9 +57,6 @@ class CheckWordsTest(SourceTreeTest):
                 self.assertEqual(len(lines), 1, lines)
                 self.assertIn("ambiguous unit", lines[0])
 
-    def test_old_names_may_stand_where_old_files_are_read(self):
-        self.assertEqual(self.words_in("shared/files/old_names.hpp", '"contact_stiffness_N_m"\n'), [])
-
 
 if __name__ == "__main__":
     daemons.main()

@@ -86,8 +86,12 @@ int main(int count, char** words) {
   if (library == nullptr) return 1;
   const auto negotiate =
       reinterpret_cast<stillgrid_device_negotiate_fn>(dlsym(library, "stillgrid_device_negotiate"));
-  const stillgrid_host_info host{
-      sizeof host, 1, 2, STILLGRID_CLOCK_MONOTONIC, std::strtoull(words[4], nullptr, 10), nullptr};
+  const stillgrid_host_info host{sizeof host,
+                                 STILLGRID_DEVICE_ABI,
+                                 STILLGRID_CLOCK_MONOTONIC,
+                                 0,
+                                 std::strtoull(words[4], nullptr, 10),
+                                 nullptr};
   stillgrid_device_api api{};
   api.struct_size = sizeof api;
   stillgrid_device* device = nullptr;

@@ -105,8 +105,8 @@ class ShowTest(InspectTest):
         self.start_both()
         self.wait_until(lambda: self.rows()["scene"]["snapshot_id"] >= 4, 10.0, "a full history")
         text = self.show("--session", self.session)
-        for words in ("tissue_and_blocks", "material 2", "plane 0", f"{SPHERES} moving, 0 static",
-                      "occupancy", "history          4 snapshots", "step cost", "position", "force"):
+        for words in ("name: tissue_and_blocks", "materials 2: ", "planes 0: ", f"moving_spheres: {SPHERES}",
+                      "occupied_cells: ", "history_count: 4", "step_ns: ", "position_m: ", "force_N: "):
             self.assertIn(words, text)
 
     def test_a_session_as_JSON_holds_each_sphere_and_the_tool(self):
@@ -152,7 +152,7 @@ class ShowTest(InspectTest):
         self.assertEqual(rows["tool"]["state"], "refused")
         self.assertIn("not a Stillgrid segment", rows["tool"]["refusal"])
         self.assertEqual(rows["scene"]["state"], "alive")
-        self.assertIn("refused: ", self.show("--session", self.session))
+        self.assertIn("state: refused", self.show("--session", self.session))
 
 
 class RefusalTest(InspectTest):

@@ -182,7 +182,7 @@ class CsvTest(daemons.SessionTest):
             self.assertEqual(list(table[name]), list(mine[name]), name)
         self.assertEqual(list(table["flags"]), list(mine["flags"]))
 
-    def test_a_recording_of_an_earlier_version_is_read_with_its_head(self):
+    def test_a_recording_with_metadata_above_it_is_read_with_them(self):
         today = self.run_lockstep("wall", PRESS, 0.3)
         metadata = daemons.read_recording(today).metadata
         self.assertEqual((metadata["scene"], metadata["device"]), ("wall", "phantom"))

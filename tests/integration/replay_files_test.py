@@ -11,7 +11,6 @@ import replays
 from replays import COULD_NOT_RUN, DIFFERENT, EQUAL, REPLAY_CHECK
 import expectation  # after replays, by which it is found
 import forces
-import old_names
 import recording
 
 
@@ -61,23 +60,13 @@ class ReplayFilesTest(replays.ReplayTest):
             with self.subTest(text), self.assertRaisesRegex(expectation.Unusable, f"bad.csv.*{words}"):
                 forces.read_forces(self.write("bad.csv", text))
 
-    def test_the_old_name_of_a_column_is_read_as_that_of_today(self):
-        (flag,), (*columns,) = old_names.FLAGS, old_names.COLUMNS
-        old = self.write("old.csv", f"time_s,fx_N,{','.join(columns)},flags\n0,1,7,2,3,4,{flag}|swept\n1,1,8,5,6,7,\n")
-        self.assertEqual(list(forces.read_forces(old).columns["snapshot_id"]), [7.0, 8.0])
-        read = recording.load(old)
-        self.assertEqual(list(read["snapshot_id"]), [7.0, 8.0])
-        self.assertEqual([list(read[f"t{axis}_N_m"]) for axis in "xyz"], [[2.0, 5.0], [3.0, 6.0], [4.0, 7.0]])
-        self.assertEqual(list(read["flags"]), ["truncated|swept", ""])
-
-    def test_a_column_under_its_old_name_and_that_of_today_is_refused_in_one_line(self):
-        for before, now in old_names.COLUMNS.items():
-            both = self.write("both.csv", f"time_s,fx_N,{before},{now}\n0,1,7,7\n")
-            line = f"both.csv.*: column {now}: given twice, by this name or an earlier one"
-            with self.subTest(now), self.assertRaisesRegex(expectation.Unusable, line):
-                forces.read_forces(both)
-            with self.subTest(now), self.assertRaisesRegex(ValueError, line):
-                recording.load(both)
+    def test_a_recording_with_a_column_twice_is_refused_in_one_line(self):
+        both = self.write("both.csv", "time_s,fx_N,snapshot_id,snapshot_id\n0,1,7,7\n")
+        line = "both.csv.*: column snapshot_id: given twice"
+        with self.assertRaisesRegex(expectation.Unusable, line):
+            forces.read_forces(both)
+        with self.assertRaisesRegex(ValueError, line):
+            recording.load(both)
 
     def test_a_table_cut_off_anywhere_is_read_up_to_its_last_whole_row(self):
         text = "# key: value\ntime_s,fx_N\n0,1\n0.5,2\n0.5,3\n1,4.25\n"

@@ -11,7 +11,6 @@
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
-#include "tests/performance/blob_fit.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 namespace stillgrid::performance {
@@ -30,7 +29,6 @@ void print_agreement(const char* model, double tolerance_m, std::size_t balls, d
 }
 
 void compare(const std::filesystem::path& data) {
-  constexpr std::size_t kSamples = 6000;
   const auto demonstrations = spheres::read_contour_demonstrations(data);
   const mesh::TriangleMesh mesh =
       mesh::make_closed(mesh::load_mesh(data / "meshes" / "ku_contour.stl", 1e-3), "ku_contour.stl")
@@ -73,19 +71,12 @@ void compare(const std::filesystem::path& data) {
                       return laboratory::unit_volume_force_m(volume, tool_m);
                     });
   }
-  const auto targets =
-      distance_targets(spheres::sample_surface(mesh, kSamples), distance, spheres::kRecordedTool_m);
   for (const double tolerance_m : {0.008, 0.004}) {
     const spheres::Decomposition made = spheres::decompose(mesh, tolerance_m);
     const spheres::BallBody balls = spheres::make_ball_body(made.balls, spheres::kRecordedTool_m);
     print_agreement(
         "spheres", tolerance_m, made.balls.size(), made.hausdorff_m, demonstrations,
         [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(balls, tool_m); });
-    const BlobBody blobs = fit_blobs(made.balls, targets, spheres::kRecordedTool_m);
-    print_agreement("blobs", tolerance_m, blobs.balls.size(), blob_fit(blobs, targets).rms_m,
-                    demonstrations, [&](const Eigen::Vector3d& tool_m) {
-                      return unit_blob_force_m(blobs, spheres::kRecordedTool_m, tool_m);
-                    });
   }
 }
 

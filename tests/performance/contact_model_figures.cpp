@@ -51,7 +51,6 @@ std::vector<std::function<ContactModel()>> models_of(const ModelledMesh& of, boo
   add(decomposition_model, {0.04, 0.02, 0.01, 0.005});
   add(even_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007});
   add(volume_model, {0.028, 0.02, 0.014, 0.01});
-  add(blob_model, {0.04, 0.02, 0.01});
   add(field_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035});
   made.emplace_back([&of] { return exact_model(of); });
   return made;

@@ -14,14 +14,12 @@
 #include "sim_server/spheres/effective_stiffness.hpp"
 #include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
-#include "tests/performance/blob_fit.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
 namespace stillgrid::performance {
 namespace {
 
 constexpr std::size_t kSamples = 2000;  // as a scene is normalised with
-constexpr std::size_t kTargets = 6000;
 
 }  // namespace
 
@@ -81,21 +79,6 @@ ContactModel decomposition_model(const ModelledMesh& of, double tolerance_m) {
 ContactModel even_model(const ModelledMesh& of, double spacing_m) {
   return sphere_model("even spheres", of, spheres::surface_balls(of.mesh, spacing_m, spacing_m),
                       spacing_m);
-}
-
-ContactModel blob_model(const ModelledMesh& of, double tolerance_m) {
-  const auto targets =
-      distance_targets(spheres::sample_surface(of.mesh, kTargets), *of.distance, of.tool_radius_m);
-  const auto blobs = std::make_shared<const BlobBody>(
-      fit_blobs(spheres::decompose(of.mesh, tolerance_m).balls, targets, of.tool_radius_m));
-  const double bytes =
-      static_cast<double>(blobs->balls.size() * sizeof(spheres::Ball) +
-                          4 * (blobs->grid.starts.size() + blobs->grid.entries.size()));
-  const double radius_m = of.tool_radius_m;
-  return {"blobs", tolerance_m, blobs->balls.size(), bytes,
-          [blobs, radius_m](const Eigen::Vector3d& tool_m) {
-            return unit_blob_force_m(*blobs, radius_m, tool_m);
-          }};
 }
 
 ContactModel volume_model(const ModelledMesh& of, double spacing_m) {

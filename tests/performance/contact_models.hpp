@@ -17,7 +17,7 @@ namespace stillgrid::performance {
 struct ContactModel {
   std::string name;
   double size_m = 0.0;       // how fine: spacing, tolerance or cell
-  std::size_t parts = 0;     // spheres, blobs, bricks or triangles
+  std::size_t parts = 0;     // spheres, bricks or triangles
   double bytes = 0.0;        // that a query reads from
   spheres::UnitForce force;  // N for each N/m, m; as stiff as the material
   std::function<double(const Eigen::Vector3d& tool_m)> touched = {};  // spheres there
@@ -49,7 +49,6 @@ struct ModelledMesh {
 [[nodiscard]] ContactModel decomposition_model(const ModelledMesh& of, double tolerance_m);
 [[nodiscard]] ContactModel even_model(const ModelledMesh& of, double spacing_m);
 /// Those of the decomposition to that tolerance.
-[[nodiscard]] ContactModel blob_model(const ModelledMesh& of, double tolerance_m);
 /// The overlap's volume in the place of its depth, with even spheres.
 [[nodiscard]] ContactModel volume_model(const ModelledMesh& of, double spacing_m);
 [[nodiscard]] ContactModel field_model(const ModelledMesh& of, double cell_m);

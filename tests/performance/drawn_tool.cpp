@@ -37,9 +37,8 @@ Vector3d in_place(const Vector3d& upright_m) {
 
 std::vector<ContactModel> models_of(const ModelledMesh& of) {
   return {decomposition_model(of, 0.004), decomposition_model(of, 0.002), even_model(of, 0.004),
-          even_model(of, 0.002),          volume_model(of, 0.002),        blob_model(of, 0.004),
-          blob_model(of, 0.002),          field_model(of, 0.004),         field_model(of, 0.002),
-          field_model(of, 0.001)};
+          even_model(of, 0.002),          volume_model(of, 0.002),        field_model(of, 0.004),
+          field_model(of, 0.002),         field_model(of, 0.001)};
 }
 
 /// A block whose section is an L: a floor and a wall, each `thick_m` thick, one mesh.

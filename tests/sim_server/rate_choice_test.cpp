@@ -188,25 +188,33 @@ TEST_CASE("A hand is followed evenly from row to row, in the scene's frame", "[r
   CHECK(Eigen::AngleAxisd(hand.at(0.2).orientation).angle() == Approx(turn_rad));
 }
 
+TEST_CASE("A hand in millimetres is the same as in metres", "[rate]") {
+  const tests::TestFolder folder;
+  const HandPath metres(folder.write("m.csv", "time_s,x_m,y_m,z_m\n0,0.1,0,0.02\n1,0.2,0,0\n"), {});
+  const HandPath other(
+      folder.write("mm.csv", "\xEF\xBB\xBFt_s,x_mm,y_m,z_mm\n0,100,0,20\n1,200,0,0\n"), {});
+  for (const double time_s : {0.0, 0.3, 1.0})
+    CHECK(other.at(time_s).position_m.isApprox(metres.at(time_s).position_m));
+}
+
 TEST_CASE("What is no path of a hand is refused in a line that names file, line and column",
           "[rate]") {
   const tests::TestFolder folder;
   const std::string header = "time_s,x_m,y_m,z_m\n";
   const std::pair<std::string, std::string> cases[] = {
-      {"", ":0: column time_s"},
+      {"", ": no whole header line"},
       {"time_s,x_m,y_m\n", ":1: column z_m"},
       {"time_s,x_m,y_m,z_m,qx\n", ":1: column qy"},
-      {header + "0,0,0,0\n", ":2: column time_s"},
-      {header + "0,0,0,0\n0,0,0,0\n", ":3: column time_s"},
+      {header + "0,0,0,0\n", ": one row: expected two at least"},
+      {header + "1,0,0,0\n0,0,0,0\n", ":3: column time_s"},
       {header + "0,0,0,0\n1,0,nan,0\n", ":3: column y_m"},
-      {header + "0,0,0,0\n1,0,0\n", ":3: column z_m"},
+      {header + "0,0,0,0\n1,0,0\n", ":3: column time_s: value '1': expected a row of 4 fields"},
       {header + "0,0,0,2e6\n", ":2: column z_m"},
       {"time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n", ":2: column qw"},
-      {header + "0,0,0,0,7\n1,0,0,0\n", ":2: column 5"},
+      {header + "0,0,0,0,7\n1,0,0,0\n", ":2: column time_s: value '0': expected a row of 4"},
       {"time_s,x_m,x_m,y_m,z_m\n0,0,0,0,0\n1,0,0,0,0\n", ":1: column x_m: given twice"},
-      {"\xEF\xBB\xBF" + header + "0,0,0,0\n1,0,0,0\n", ":1: column time_s: a byte-order mark"},
-      {"# scene: x\n" + header, ":1: column file"},
-      {"time_s,x_m,y_m,z_m,rendered_fx_N,qx\n", ":1: column file"}};
+      {"# scene: x\n" + header + "0,0,0,0\n1,0,0,0\n", ": a recording of haptic_server"},
+      {"time_s,x_m,y_m,z_m,rendered_fx_N\n0,0,0,0,0\n", ": a recording of haptic_server"}};
   for (const auto& [text, words] : cases) {
     CAPTURE(text);
     const auto file = folder.write("hand.csv", text);

@@ -30,7 +30,7 @@ safety::SafetyLimits declared(const devices::PhantomProfile& device) {
   descriptor.max_force_N = device.max_force_N;
   descriptor.continuous_force_N = device.continuous_force_N;
   descriptor.motor_time_constant_s = device.motor_time_constant_s;
-  descriptor.nominal_stiffness_N_m = device.nominal_stiffness_N_m;
+  descriptor.nominal_stiffness_N_per_m = device.nominal_stiffness_N_per_m;
   descriptor.max_speed_m_s = device.max_speed_m_s;
   return safety::safety_limits({}, descriptor);
 }

@@ -1,4 +1,4 @@
-"""What haptic_server tells of a recording: beside the CSV, above it in earlier versions (docs/formats.md)."""
+"""Metadata of a recording: in a file beside the CSV, or in lines above the CSV that stillgrid_import wrote."""
 from __future__ import annotations
 
 import json

@@ -8,7 +8,6 @@ import numpy
 from numpy.typing import NDArray
 
 from .metadata import metadata_of
-from .old_names import columns_of_today, flags_of_today, given_twice
 
 
 class Recording:
@@ -70,8 +69,7 @@ class Recording:
 
 
 def load(file: str | os.PathLike[str]) -> Recording:
-    """Reads a recording up to its last whole row; names of earlier versions become today's. ValueError
-    names the file and what was expected."""
+    """Reads a recording up to its last whole row. ValueError names the file and what was expected."""
     file = pathlib.Path(file)
     data = file.read_bytes()
     if data.startswith(b"\x89MCAP"):
@@ -84,9 +82,9 @@ def load(file: str | os.PathLike[str]) -> Recording:
     rows = list(csv.reader(line for line in lines if not line.startswith("#") and line.strip()))
     if len(rows) < 2:
         raise ValueError(f"{file}: expected a header and a row at least")
-    if name := given_twice(rows[0]):
-        raise ValueError(f"{file}: column {name}: given twice, by this name or an earlier one")
-    header = columns_of_today(rows[0])
+    header = rows[0]
+    if name := next((name for name in header if header.count(name) > 1), None):
+        raise ValueError(f"{file}: column {name}: given twice")
     for row in rows[1:]:
         if len(row) != len(header):
             raise ValueError(f"{file}: row '{','.join(row)}': {len(row)} fields: expected {len(header)}")
@@ -130,7 +128,7 @@ def compare_forces(got: Recording, expected: Recording, tolerance_N: float = 0.0
 
 def _column(file: str | os.PathLike[str], name: str, column: tuple[str, ...]) -> NDArray[Any]:
     if name == "flags":
-        return numpy.array([flags_of_today(text) for text in column])
+        return numpy.array(column)
     try:
         return numpy.array(column, float)
     except ValueError as error:

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -100,13 +99,11 @@ Outcome check_sizes(const Subject& subject) {
   const stillgrid_device_api& api = device.api();
   stillgrid_device* const handle = device.handle();
   check_struct<stillgrid_device_descriptor>(
-      "describe()", offsetof(stillgrid_device_descriptor, motor_time_constant_s),
-      [&](stillgrid_device_descriptor* out) { return api.describe(handle, out); });
+      "describe()", [&](stillgrid_device_descriptor* out) { return api.describe(handle, out); });
   device.activate();
   run_ticks(1, [&](std::uint64_t now_ns) {
     check_struct<stillgrid_device_state>(
-        "read()", sizeof(stillgrid_device_state),
-        [&](stillgrid_device_state* out) { return api.read(handle, now_ns, out); });
+        "read()", [&](stillgrid_device_state* out) { return api.read(handle, now_ns, out); });
     return true;
   });
   device.deactivate();
@@ -147,7 +144,7 @@ constexpr std::array kChecks = {
           check_index},
     Check{"arguments.options", "refuses an unknown key with E_ARGUMENT, and lives on", "life.order",
           check_options},
-    Check{"arguments.sizes", "takes older and newer structs, and stays inside struct_size",
+    Check{"arguments.sizes", "refuses structs of another size, and stays inside struct_size",
           "life.order", check_sizes},
     Check{"arguments.errors", "has one line on every code", "life.order", check_errors},
 };

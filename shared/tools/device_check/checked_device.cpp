@@ -67,9 +67,9 @@ stillgrid_device_negotiate_fn load_driver(const Subject& subject) {
 
 stillgrid_host_info host_of_checks() {
   return {sizeof(stillgrid_host_info),
-          STILLGRID_DEVICE_ABI_MIN,
-          STILLGRID_DEVICE_ABI_MAX,
+          STILLGRID_DEVICE_ABI,
           STILLGRID_CLOCK_MONOTONIC,
+          0,
           kPeriod_ns,
           host_extension};
 }
@@ -85,10 +85,10 @@ stillgrid_device_api negotiate_table(const Subject& subject, const stillgrid_hos
   const std::int32_t code = call_driver("negotiate()", [&] { return negotiate(&host, &api); });
   if (code != STILLGRID_DEVICE_OK)
     broken("negotiate() answers " + code_name(code) + " to a host of version " +
-           std::to_string(host.abi_max));
-  if (api.abi < host.abi_min || api.abi > host.abi_max)
-    broken("negotiate() chooses version " + std::to_string(api.abi) + " of " +
-           std::to_string(host.abi_min) + " to " + std::to_string(host.abi_max));
+           std::to_string(host.abi));
+  if (api.abi != host.abi)
+    broken("negotiate() gives a table of version " + std::to_string(api.abi) + ", expected " +
+           std::to_string(host.abi));
   if (!device::has_every_function(api)) broken("the table leaves functions out");
   return api;
 }

@@ -17,7 +17,7 @@ constexpr std::array<std::pair<const char*, double Descriptor::*>, 11> kFigures 
     {"position_resolution_m", &Descriptor::position_resolution_m},
     {"max_force_N", &Descriptor::max_force_N},
     {"continuous_force_N", &Descriptor::continuous_force_N},
-    {"nominal_stiffness_N_m", &Descriptor::nominal_stiffness_N_m},
+    {"nominal_stiffness_N_per_m", &Descriptor::nominal_stiffness_N_per_m},
     {"rate_hz", &Descriptor::rate_hz},
     {"motor_time_constant_s", &Descriptor::motor_time_constant_s},
     {"max_speed_m_s", &Descriptor::max_speed_m_s},

@@ -41,7 +41,7 @@ Outcome check_identity(const Subject& subject) {
   if (table == nullptr) end_check(Verdict::kSkip, "the driver does not offer it");
   if (table->struct_size < sizeof *table || table->identify == nullptr)
     broken("the table leaves identify() out");
-  check_struct<Identity>("identify()", sizeof(Identity),
+  check_struct<Identity>("identify()",
                          [&](Identity* out) { return table->identify(device.handle(), out); });
   Identity identity{};
   identity.struct_size = sizeof identity;

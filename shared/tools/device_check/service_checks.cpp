@@ -56,7 +56,7 @@ Outcome check_list(const Subject& subject) {
   }
   if (count == kMax) broken("the list has no end: E_NO_DEVICE is expected after the last");
   if (count > 0)
-    check_struct<Listing>("list()", sizeof(Listing),
+    check_struct<Listing>("list()",
                           [&](Listing* out) { return device.api().list(device.handle(), 0, out); });
   if (call_driver("list() to a null place",
                   [&] { return device.api().list(device.handle(), 0, nullptr); }) >= 0)

@@ -10,13 +10,11 @@
 namespace stillgrid::device_check {
 
 /// Calls with structs that end at struct_size: no byte behind it may be touched, and it stays what
-/// it is. From first_size on, that of the first header, the call must work.
+/// it is. The call must work with the header's own size, and refuse any other.
 template <class Struct, class Call>
-void check_struct(const std::string& what, std::size_t first_size, const Call& call) {
+void check_struct(const std::string& what, const Call& call) {
   EdgeBuffer<Struct> buffer;
-  constexpr std::size_t kGrown = sizeof(Struct) + 64;
-  for (const std::size_t size :
-       {std::size_t{0}, std::size_t{8}, first_size, sizeof(Struct), kGrown}) {
+  for (const std::size_t size : {std::size_t{0}, std::size_t{8}, sizeof(Struct)}) {
     Struct* const out = buffer.cut(size);
     const std::string step = what + " with a struct of " + std::to_string(size) +
                              " bytes, behind which nothing may be touched";
@@ -24,7 +22,8 @@ void check_struct(const std::string& what, std::size_t first_size, const Call& c
     if (out->struct_size != size)
       broken(what + " changes struct_size from " + std::to_string(size) + " to " +
              std::to_string(out->struct_size));
-    if (size >= first_size && code < 0 && code != STILLGRID_DEVICE_END)
+    const bool is_done = code >= 0 || code == STILLGRID_DEVICE_END;
+    if (is_done != (size == sizeof(Struct)))
       broken(what + " with " + std::to_string(size) + " bytes answers " + code_name(code));
   }
 }

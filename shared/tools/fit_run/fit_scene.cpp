@@ -10,9 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "shared/files/old_names.hpp"
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
-#include "sim_server/scene/format_1.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
 namespace stillgrid::fit_run {
@@ -144,7 +142,6 @@ std::filesystem::path find_scene(const std::string& name) {
 
 std::string with_settings(const std::string& text, const std::vector<std::string>& settings) {
   ::toml::table root = ::toml::parse(std::string_view(text));
-  if (root["format"].value<int>() == 1) (void)scene::renew_format_1(root, "scene");
   struct Done {
     ::toml::table* table;
     std::string key;
@@ -162,7 +159,6 @@ std::string with_settings(const std::string& text, const std::vector<std::string
     Path path = split(rest);
     if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); }))
       refuse(one, "KEY=VALUE with a key such as simulation.rate_hz or body.NAME.stiffness_scale");
-    for (std::string& part : path) part = files::name_of_today(files::kOldSceneKeys, part);
     for (std::size_t i = 0; i + 1 < path.size(); ++i) table = &sub_table(*table, path[i], setting);
     const ::toml::node& value = *setting.value.get("value");
     if (table == &root || value.is_table() || (*table)[path.back()].is_table())

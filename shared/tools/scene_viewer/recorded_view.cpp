@@ -1,14 +1,15 @@
 #include "shared/tools/scene_viewer/recorded_view.hpp"
 
 #include <algorithm>
-#include <fstream>
+#include <array>
 #include <functional>
 #include <span>
-#include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
-#include "shared/files/number_text.hpp"
-#include "shared/files/old_names.hpp"
+#include "shared/tables/number_table.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
@@ -18,51 +19,21 @@ namespace {
 constexpr double kFramesPerSecond = 30.0;
 constexpr double kLatest_s = 1e9;  // of a row; 30 years, in which nanoseconds can be counted
 
-/// Text at the separators, which are left out.
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    parts.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
-}
-
-/// What is wrong with a value, or nothing.
-using Take = std::function<std::string(std::string_view, RecordedTick&)>;
-
-template <class Store>
-Take number_to(Store&& store) {
-  return [store](std::string_view text, RecordedTick& tick) -> std::string {
-    const auto value = files::finite_number(text);
-    if (!value) return "expected a number";
-    store(tick, *value);
-    return {};
-  };
-}
-
-std::string take_flags(std::string_view text, RecordedTick& tick) {
-  if (text.empty()) return {};
-  for (const std::string_view written : split(text, '|')) {
-    const std::string_view name = files::name_of_today(files::kOldFlags, written);
-    const auto* const found =
-        std::find(proto::kSafetyFlagNames.begin(), proto::kSafetyFlagNames.end(), name);
-    if (found == proto::kSafetyFlagNames.end()) return "expected names of flags, joined by |";
-    tick.sample.flags |= 1U << (found - proto::kSafetyFlagNames.begin());
-  }
-  return {};
-}
+/// A column that is shown, and where its number goes.
+struct ShownColumn {
+  std::string name;
+  std::function<void(RecordedTick&, double)> store;
+};
 
 /// Three or four columns of an array.
 template <class Array>
-void add_columns(std::vector<std::pair<std::string_view, Take>>& columns,
-                 std::initializer_list<std::string_view> names, Array array) {
+void add_columns(std::vector<ShownColumn>& columns, std::initializer_list<std::string> names,
+                 Array array) {
   std::size_t i = 0;
-  for (const std::string_view name : names)
-    columns.emplace_back(name, number_to([array, axis = i++](RecordedTick& tick, double value) {
-                           array(tick)[axis] = value;
-                         }));
+  for (const std::string& name : names)
+    columns.push_back({name, [array, axis = i++](RecordedTick& tick, double value) {
+                         array(tick)[axis] = value;
+                       }});
 }
 
 /// Not below zero, as all that is counted.
@@ -70,15 +41,9 @@ std::uint64_t count_of(double value) {
   return value > 0.0 && value < 1e18 ? static_cast<std::uint64_t>(value) : 0;
 }
 
-std::vector<std::pair<std::string_view, Take>> known_columns() {
-  std::vector<std::pair<std::string_view, Take>> columns;
-  const auto add = [&](std::string_view name, auto&& store) {
-    columns.emplace_back(name, number_to(store));
-  };
-  add("time_s", [](RecordedTick& tick, double value) { tick.sample.time_s = value; });
-  add_columns(
-      columns, {"x_m", "y_m", "z_m"},
-      [](RecordedTick & tick) -> auto& { return tick.sample.position_m; });
+std::vector<ShownColumn> known_columns() {
+  std::vector<ShownColumn> columns;
+  const auto add = [&](const char* name, auto&& store) { columns.push_back({name, store}); };
   add_columns(
       columns, {"vx_m_s", "vy_m_s", "vz_m_s"},
       [](RecordedTick & tick) -> auto& { return tick.velocity_m_s; });
@@ -98,64 +63,21 @@ std::vector<std::pair<std::string_view, Take>> known_columns() {
   });
   add("age_s", [](RecordedTick& tick, double value) { tick.sample.age_s = value; });
   add("tick_ns", [](RecordedTick& tick, double value) { tick.sample.work_us = value * 1e-3; });
-  columns.emplace_back("flags", take_flags);
   return columns;
 }
 
-constexpr std::size_t kNeeded = 4;  // of the known columns: time and place
-
-/// Takes a recording's lines, the first as the names of its columns.
-class RecordingReader {
- public:
-  /// What is wrong with a line, or nothing: then it is one of the rows.
-  std::string take(std::string_view line, std::vector<RecordedTick>& rows) {
-    const auto fields = split(line, ',');
-    if (takes_.empty()) return take_names(fields);
-    if (fields.size() != takes_.size())
-      return "value " + std::to_string(fields.size()) + " columns: expected " +
-             std::to_string(takes_.size());
-    RecordedTick tick;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (takes_[i] == nullptr) continue;
-      std::string fault = (*takes_[i])(fields[i], tick);
-      const double time_s = tick.sample.time_s;
-      if (i == time_column_ && fault.empty()) {
-        if (!(time_s >= 0.0 && time_s <= kLatest_s)) fault = "expected seconds from 0 to 1e9";
-        if (!rows.empty() && !(time_s > rows.back().sample.time_s))
-          fault = "expected times that grow";
-      }
-      if (!fault.empty())
-        return "column " + names_[i] + ": value '" + std::string(fields[i]) + "': " + fault;
-    }
-    tick.sample.tick = rows.size() + 1;
-    rows.push_back(tick);
-    return {};
+std::uint32_t flags_of(const tables::NumberTable& table, const tables::Column& column) {
+  std::uint32_t flags = 0;
+  if (table.text(column).empty()) return flags;
+  for (const std::string_view name : tables::split(table.text(column), '|')) {
+    const auto* const found =
+        std::find(proto::kSafetyFlagNames.begin(), proto::kSafetyFlagNames.end(), name);
+    if (found == proto::kSafetyFlagNames.end())
+      table.refuse_value(column, "names of flags, joined by |");
+    flags |= 1U << (found - proto::kSafetyFlagNames.begin());
   }
-
- private:
-  std::string take_names(std::vector<std::string_view> names) {
-    for (std::string_view& name : names) name = files::name_of_today(files::kOldColumns, name);
-    names_.assign(names.begin(), names.end());
-    for (std::size_t i = 0; i < kNeeded; ++i)
-      if (std::count(names.begin(), names.end(), known_[i].first) != 1)
-        return "column " + std::string(known_[i].first) + ": expected once";
-    for (const auto& [name, take] : known_)
-      if (std::count(names.begin(), names.end(), name) > 1)
-        return "column " + std::string(name) + ": given twice, by this name or an earlier one";
-    for (const std::string_view name : names) {
-      const auto found = std::find_if(known_.begin(), known_.end(),
-                                      [&](const auto& column) { return column.first == name; });
-      takes_.push_back(found == known_.end() ? nullptr : &found->second);
-      if (name == "time_s") time_column_ = takes_.size() - 1;
-    }
-    return {};
-  }
-
-  const std::vector<std::pair<std::string_view, Take>> known_ = known_columns();
-  std::vector<const Take*> takes_;  // by column of the file; null: not shown
-  std::vector<std::string> names_;
-  std::size_t time_column_ = 0;
-};
+  return flags;
+}
 
 /// Frames of rows at that spacing.
 std::uint64_t frame_count(const std::vector<RecordedTick>& rows) {
@@ -166,28 +88,33 @@ std::uint64_t frame_count(const std::vector<RecordedTick>& rows) {
 }  // namespace
 
 std::vector<RecordedTick> read_recording(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file))
-    throw std::runtime_error("--recording: " + file.string() + ": cannot be read");
-  RecordingReader reader;
+  const std::string needed = "time_s, x_m, y_m, z_m";
+  tables::NumberTable table(file, needed, tables::LastLine::kMayBeCut);
+  const tables::Column time = table.require({"time_s", "t_s"}, needed);
+  const std::array<tables::Column, 3> place = {table.require({"x_m"}, needed),
+                                               table.require({"y_m"}, needed),
+                                               table.require({"z_m"}, needed)};
+  const auto flags = table.find({"flags"});
+  std::vector<std::pair<tables::Column, const ShownColumn*>> shown;
+  const std::vector<ShownColumn> known = known_columns();
+  for (const ShownColumn& column : known)
+    if (const auto found = table.find({column.name})) shown.emplace_back(*found, &column);
   std::vector<RecordedTick> rows;
-  std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    if (line.starts_with("\x89MCAP"))
-      throw std::runtime_error("--recording: " + file.string() +
-                               ": an MCAP file: expected CSV, as stillgrid_import makes");
-    if (line.starts_with("\x1f\x8b"))
-      throw std::runtime_error("--recording: " + file.string() +
-                               ": compressed by gzip: expected CSV, as gunzip makes");
-    const std::string fault = reader.take(line, rows);
-    if (fault.empty()) continue;
-    if (in.eof() && !rows.empty()) break;  // a line that was cut off
-    throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": " + fault);
+  while (table.next()) {
+    RecordedTick tick;
+    tick.sample.time_s = table.number(time);
+    if (!(tick.sample.time_s >= 0.0 && tick.sample.time_s <= kLatest_s))
+      table.refuse_value(time, "seconds from 0 to 1e9");
+    if (!rows.empty() && !(tick.sample.time_s > rows.back().sample.time_s))
+      table.refuse_value(time, "times that grow");
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      tick.sample.position_m[axis] = table.length_m(place[axis]);
+    for (const auto& [column, of] : shown) of->store(tick, table.number(column));
+    if (flags) tick.sample.flags = flags_of(table, *flags);
+    tick.sample.tick = rows.size() + 1;
+    rows.push_back(tick);
   }
-  if (rows.empty())
-    throw std::runtime_error("--recording: " + file.string() + ": expected a row at least");
+  if (rows.empty()) table.refuse_file("expected a row at least");
   return rows;
 }
 

@@ -10,14 +10,10 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "shared/tools/scene_viewer/old_view.hpp"
-
 namespace stillgrid::scene_viewer {
 namespace {
 
 /// Opens the file: the name, the version, and bytes to come.
-constexpr std::size_t kVersionByte = 8;
-constexpr char kOldestVersion = 1;
 constexpr std::array<char, 16> kHead = {'S', 'T', 'L', 'G', 'V', 'I', 'E', 'W', 2};
 
 struct RecordHead {
@@ -81,11 +77,9 @@ ViewReader::ViewReader(const std::filesystem::path& file)
   std::array<char, kHead.size()> start{};
   const bool is_whole =
       S_ISREG(status.st_mode) && read_all(file_.get(), start.data(), start.size(), 0);
-  is_old_ = start[kVersionByte] == kOldestVersion;
-  if (is_old_) start[kVersionByte] = kHead[kVersionByte];
   if (!is_whole || start != kHead)
     throw std::runtime_error("--open: " + file.string() +
-                             ": expected a view that scene_viewer --save wrote, of version 1 or 2");
+                             ": expected a view that scene_viewer --save wrote, of version 2");
   RecordHead head{};
   for (std::uint64_t offset = kHead.size(); read_all(file_.get(), &head, sizeof head, offset);
        offset += sizeof head + head.bytes) {
@@ -106,13 +100,11 @@ std::optional<std::string> ViewReader::read(const Place& place) const {
 }
 
 std::optional<std::string> ViewReader::scene(std::size_t i) const {
-  auto scene = read(scenes_[i]);
-  return scene && is_old_ ? scene_of_version_1(*scene) : scene;
+  return read(scenes_[i]);
 }
 
 std::optional<std::string> ViewReader::frame(std::size_t i) const {
-  auto frame = read(frames_[i]);
-  return frame && is_old_ ? frame_of_version_1(*frame) : frame;
+  return read(frames_[i]);
 }
 
 std::vector<TickSample> ViewReader::ticks(std::uint64_t from, std::size_t most) const {

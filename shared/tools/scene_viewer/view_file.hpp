@@ -64,7 +64,6 @@ class ViewReader {
 
   publication::FileDescriptor file_;
   std::vector<Place> scenes_, frames_, ticks_;
-  bool is_old_ = false;  // of version 1, whose messages have other keys
 };
 
 }  // namespace stillgrid::scene_viewer

@@ -5,60 +5,84 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 namespace stillgrid::segment_inspect {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kColumns = 11;
 using Row = std::array<std::string, kColumns>;
 const Row kHead{"SESSION",  "KIND",     "WRITER", "VERSION", "CLOCK", "DECLARED",
                 "MEASURED", "SNAPSHOT", "AGE",    "SPHERES", "SIZE"};
 constexpr std::size_t kFirstRightAligned = 5;
+constexpr std::size_t kMaxItems = 16;  // shown of a list; --json has all
 
 /// A dash for what is not known.
-template <class T>
-std::string cell(const std::optional<T>& value, const char* format, double factor = 1.0) {
-  return value ? fmt::format(fmt::runtime(format), static_cast<double>(*value) * factor) : "-";
-}
-
-std::string spheres_of(const reading::SegmentSummary& summary) {
-  if (!summary.static_spheres) return "-";
-  return fmt::format("{}+{}", cell(summary.moving_spheres, "{:.0f}"), *summary.static_spheres);
+std::string cell(const Json& value, const char* format, double factor = 1.0) {
+  return value.is_null() ? "-" : fmt::format(fmt::runtime(format), value.get<double>() * factor);
 }
 
 /// A segment that cannot be read, or not yet: what is the matter with it, from its third column on.
-std::string complaint_of(const reading::SegmentSummary& summary) {
-  switch (summary.state) {
-    case reading::SegmentState::kRefused:
-      return "refused: " + summary.refusal;
-    case reading::SegmentState::kStarting:
-      return "starting: its writer has not announced it yet";
-    case reading::SegmentState::kHalfMade:
-      return "dead: its writer was killed before it announced it";
-    default:
-      return {};
-  }
+std::string complaint_of(const Json& segment) {
+  const std::string& state = segment["state"].get_ref<const std::string&>();
+  if (state == "refused") return "refused: " + segment["refusal"].get<std::string>();
+  if (state == "starting") return "starting: its writer has not announced it yet";
+  if (state == "half_made") return "dead: its writer was killed before it announced it";
+  return {};
 }
 
-Row row_of(const reading::SegmentSummary& summary) {
+Row row_of(const Json& segment) {
   Row row;
-  row[0] = reading::printable(summary.file.session);
-  row[1] = name_of(summary.file.kind);
-  row[2] = complaint_of(summary);
-  if (!summary.header || !row[2].empty()) return row;
-  const proto::SegmentHeader& header = *summary.header;
-  const bool is_alive = summary.state == reading::SegmentState::kAlive;
-  row[2] = is_alive ? fmt::format("pid {}", header.writer_pid) : "dead";
-  row[3] = std::to_string(header.version);
-  row[4] = name_of(header.clock);
-  row[5] = fmt::format("{:.1f} Hz", rate_of(header.period_ns));
-  row[6] = cell(summary.measured_rate_hz, "{:.1f} Hz");
-  row[7] = std::to_string(header.latest);
-  row[8] = cell(summary.age_s, "{:.1f} ms", 1e3);
-  row[9] = spheres_of(summary);
-  row[10] = size_text(summary.size_bytes);
+  row[0] = reading::printable(segment["session"].get<std::string>());
+  row[1] = segment["kind"];
+  row[2] = complaint_of(segment);
+  if (segment["version"].is_null() || !row[2].empty()) return row;
+  row[2] = segment["state"] == "alive" ? "pid " + segment["writer_pid"].dump() : "dead";
+  row[3] = segment["version"].dump();
+  row[4] = segment["clock"];
+  row[5] = cell(segment["declared_rate_hz"], "{:.1f} Hz");
+  row[6] = cell(segment["measured_rate_hz"], "{:.1f} Hz");
+  row[7] = segment["snapshot_id"].dump();
+  row[8] = cell(segment["age_s"], "{:.1f} ms", 1e3);
+  row[9] = segment["static_spheres"].is_null()
+               ? "-"
+               : cell(segment["moving_spheres"], "{:.0f}") + "+" + segment["static_spheres"].dump();
+  row[10] = size_text(segment["size_bytes"]);
   return row;
+}
+
+/// A value as one line: lists in round brackets, objects as their keys and values.
+std::string value_text(const Json& value) {
+  if (value.is_null()) return "none";
+  if (value.is_string()) return reading::printable(value.get<std::string>());
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  if (!value.is_structured()) return value.dump();
+  std::string text;
+  std::size_t shown = 0;
+  for (const auto& [key, item] : value.items()) {
+    if (++shown > kMaxItems) return text + ", ...";
+    text += (shown == 1 ? "" : ", ") + (value.is_object() ? key + " " : "") + value_text(item);
+  }
+  return value.is_array() ? "(" + text + ")" : text;
+}
+
+void add_lines(std::string& text, const std::string& name, const Json& value, std::size_t depth) {
+  const bool is_list = value.is_array() && !value.empty() && value[0].is_structured();
+  const std::string head = std::string(2 * depth, ' ') + name;
+  if (value.is_object()) {
+    text += head + ":\n";
+    for (const auto& [key, member] : value.items()) add_lines(text, key, member, depth + 1);
+  } else if (is_list) {
+    for (std::size_t i = 0; i < std::min(value.size(), kMaxItems); ++i)
+      text += fmt::format("{} {}: {}\n", head, i, value_text(value[i]));
+    if (value.size() > kMaxItems)
+      text += fmt::format("{}: {} more, see --json\n", head, value.size() - kMaxItems);
+  } else {
+    text += head + ": " + value_text(value) + "\n";
+  }
 }
 
 }  // namespace
@@ -112,10 +136,10 @@ std::string size_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} {}", size, kUnits[unit]);
 }
 
-std::string table_of(std::span<const reading::SegmentSummary> summaries) {
-  if (summaries.empty()) return "no session in shared memory\n";
+std::string table_of(const Json& segments) {
+  if (segments.empty()) return "no session in shared memory\n";
   std::vector<Row> rows{kHead};
-  std::transform(summaries.begin(), summaries.end(), std::back_inserter(rows), row_of);
+  std::transform(segments.begin(), segments.end(), std::back_inserter(rows), row_of);
   std::array<std::size_t, kColumns> widths{};
   for (const Row& row : rows)
     for (std::size_t i = 0; i < kColumns; ++i)
@@ -129,6 +153,12 @@ std::string table_of(std::span<const reading::SegmentSummary> summaries) {
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + '\n';
   }
+  return text;
+}
+
+std::string detail_of(const Json& session) {
+  std::string text;
+  for (const auto& [key, value] : session.items()) add_lines(text, key, value, 0);
   return text;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
@@ -23,16 +23,10 @@ namespace stillgrid::segment_inspect {
 /// "812 B", "4.0 KiB", "1.2 MiB".
 [[nodiscard]] std::string size_text(std::uint64_t bytes);
 
-/// How a relay's segment came, one line: "connected, round trip 20.3 ms, clock +1.2 s +- 0.1 ms,
-/// 12,345 received (4.5 MiB), 12 lost", and of the other counts those that are not 0.
-[[nodiscard]] std::string relay_text(const proto::RelayFigures& figures);
+/// Returns the rows of json_of(summaries) as a table, a segment a line.
+[[nodiscard]] std::string table_of(const nlohmann::ordered_json& segments);
 
-/// A table for people, a row a segment, one line each.
-[[nodiscard]] std::string table_of(std::span<const reading::SegmentSummary> summaries);
-
-/// All that a session's segments hold but the single spheres. Each may be null.
-[[nodiscard]] std::string detail_of(const std::string& session,
-                                    const reading::ObservedSegment* scene,
-                                    const reading::ObservedSegment* tool);
+/// Returns a session's JSON as indented lines, a key each; of a list at most 16 items.
+[[nodiscard]] std::string detail_of(const nlohmann::ordered_json& session);
 
 }  // namespace stillgrid::segment_inspect

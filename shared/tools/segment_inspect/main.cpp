@@ -116,8 +116,9 @@ int show_session(const Arguments& arguments, const std::vector<publication::Segm
   const auto* tool = of_kind(proto::SegmentKind::kTool);
   if (scene == nullptr && tool == nullptr)
     return fail(absence(arguments.session).c_str(), realtime::kCouldNotStart);
-  print(arguments.is_json ? text_of(json_of(arguments.session, scene, tool, arguments.json)) + "\n"
-                          : detail_of(arguments.session, scene, tool));
+  const JsonOptions options = arguments.is_json ? arguments.json : JsonOptions{.max_spheres = 0};
+  const auto json = json_of(arguments.session, scene, tool, options);
+  print(arguments.is_json ? text_of(json) + "\n" : detail_of(json));
   return realtime::kDone;
 }
 
@@ -127,8 +128,8 @@ int run(const Arguments& arguments) {
     return fail(absence(arguments.session).c_str(), realtime::kCouldNotStart);
   if (arguments.remove_dead) return remove_dead(files, arguments.is_json);
   if (!arguments.session.empty()) return show_session(arguments, files);
-  const std::vector<reading::SegmentSummary> summaries = survey(files, arguments.watch_s);
-  print(arguments.is_json ? text_of(json_of(summaries)) + "\n" : table_of(summaries));
+  const auto json = json_of(survey(files, arguments.watch_s));
+  print(arguments.is_json ? text_of(json) + "\n" : table_of(json));
   return realtime::kDone;
 }
 

@@ -12,9 +12,9 @@ namespace {
 constexpr double kTick_s = 1e-3;
 
 /// A sine of 1 m along x, and a steady motion along y, recorded for so many samples.
-Trajectory sine_recording(double frequency_hz, double rate_hz, int samples, double jitter) {
+tables::Trajectory sine_recording(double frequency_hz, double rate_hz, int samples, double jitter) {
   std::mt19937 random(3);
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   for (int n = 0; n < samples; ++n) {
     const double off = n == 0 ? 0.0 : static_cast<double>(random() % 1000U) / 1000.0 - 0.5;
     const double time_s = (n + jitter * off) / rate_hz;
@@ -46,7 +46,7 @@ TEST_CASE("A slow recording leaves no image of its samples, evenly spaced or not
   const double jitter = GENERATE(0.0, 0.6);
   const double share = GENERATE(0.1, 0.3);  // of the rate; up to 0.35 is to pass
   const double frequency_hz = share * rate_hz;
-  const Trajectory trajectory = sine_recording(frequency_hz, rate_hz, 1000, jitter);
+  const tables::Trajectory trajectory = sine_recording(frequency_hz, rate_hz, 1000, jitter);
   const TrajectoryCurve limited = make_curve(trajectory, Resampling::kBandLimited, 0.0, kTick_s);
   const double image_hz = rate_hz - frequency_hz;
   CHECK(amplitude_m(limited, image_hz) < 1e-4);
@@ -62,7 +62,7 @@ TEST_CASE("What a fast recording holds above half the tick's rate does not fold 
           "[band_limit]") {
   const double jitter = GENERATE(0.0, 0.6);
   const double frequency_hz = GENERATE(600.0, 700.0, 900.0);
-  const Trajectory trajectory = sine_recording(frequency_hz, 2000.0, 10'000, jitter);
+  const tables::Trajectory trajectory = sine_recording(frequency_hz, 2000.0, 10'000, jitter);
   const double alias_hz = 1000.0 - frequency_hz;
   const TrajectoryCurve limited = make_curve(trajectory, Resampling::kBandLimited, 0.0, kTick_s);
   CHECK(amplitude_m(limited, alias_hz) < (jitter == 0.0 ? 2e-5 : 1e-2));
@@ -71,13 +71,13 @@ TEST_CASE("What a fast recording holds above half the tick's rate does not fold 
 
 TEST_CASE("A fast recording passes up to 0.7 of half the tick's rate", "[band_limit]") {
   const double frequency_hz = GENERATE(1.0, 50.0, 200.0, 350.0);
-  const Trajectory trajectory = sine_recording(frequency_hz, 2000.0, 10'000, 0.0);
+  const tables::Trajectory trajectory = sine_recording(frequency_hz, 2000.0, 10'000, 0.0);
   const TrajectoryCurve limited = make_curve(trajectory, Resampling::kBandLimited, 0.0, kTick_s);
   CHECK(amplitude_m(limited, frequency_hz) == Approx(1.0).margin(0.01));
 }
 
 TEST_CASE("A band-limited curve keeps its ends, its length and a steady motion", "[band_limit]") {
-  const Trajectory trajectory = sine_recording(3.0, GENERATE(28.6, 2000.0), 500, 0.6);
+  const tables::Trajectory trajectory = sine_recording(3.0, GENERATE(28.6, 2000.0), 500, 0.6);
   const TrajectoryCurve limited = make_curve(trajectory, Resampling::kBandLimited, 0.0, kTick_s);
   CHECK(limited.knot_time_s.front() == 0.0);
   CHECK(limited.knot_time_s.back() == trajectory.time_s.back());
@@ -89,7 +89,7 @@ TEST_CASE("A band-limited curve keeps its ends, its length and a steady motion",
 }
 
 TEST_CASE("Of one or two samples there is nothing to limit", "[band_limit]") {
-  const Trajectory trajectory = sine_recording(3.0, 100.0, GENERATE(1, 2), 0.0);
+  const tables::Trajectory trajectory = sine_recording(3.0, 100.0, GENERATE(1, 2), 0.0);
   const TrajectoryCurve limited = make_curve(trajectory, Resampling::kBandLimited, 0.0, kTick_s);
   CHECK(limited.knot_position_m == trajectory.position_m);
 }

@@ -71,7 +71,7 @@ TEST_CASE("A tap dips to the depth and waits at the centre until the next", "[pa
 }
 
 TEST_CASE("A recorded path follows its curve and stays at its end", "[path]") {
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   trajectory.time_s = {0.0, 1.0};
   trajectory.position_m = {{0.0, 0.0, 0.0}, {0.5, 0.0, 0.0}};
   Path path;

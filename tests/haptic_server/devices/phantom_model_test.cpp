@@ -248,7 +248,7 @@ TEST_CASE("Noise stays within its bound and follows the seed", "[phantom_model]"
 TEST_CASE("Profiles and hands are found by name", "[phantom_model]") {
   CHECK(phantom_profile("touch")->max_force_N == 3.3);
   CHECK(phantom_profile("touchx")->resolution_m == 0.023e-3);
-  CHECK(phantom_profile("premium15")->nominal_stiffness_N_m == 3500.0);
+  CHECK(phantom_profile("premium15")->nominal_stiffness_N_per_m == 3500.0);
   CHECK_FALSE(phantom_profile("omega"));
   CHECK(hand_profile("none")->mass_kg == 0.0);
   CHECK(hand_profile("measured")->stiffness_N_per_m == 135.0);

@@ -143,7 +143,7 @@ TEST_CASE("Every profile declares its limits, and none when told so", "[plugins]
   const stillgrid_device_descriptor limited = phantom.describe();
   CHECK(limited.max_force_N > limited.continuous_force_N);
   CHECK(limited.continuous_force_N > 0.0);
-  CHECK(limited.nominal_stiffness_N_m >= 1000.0);
+  CHECK(limited.nominal_stiffness_N_per_m >= 1000.0);
   CHECK(limited.motor_time_constant_s > 0.0);
   CHECK(limited.max_speed_m_s > 0.0);
   CHECK(limited.position_resolution_m > 0.0);
@@ -158,7 +158,7 @@ TEST_CASE("Every profile declares its limits, and none when told so", "[plugins]
   CHECK(open.max_force_N == limited.max_force_N);  // an option of its own
   CHECK(open.position_resolution_m == limited.position_resolution_m);
   CHECK(open.continuous_force_N == 0.0);
-  CHECK(open.nominal_stiffness_N_m == 0.0);
+  CHECK(open.nominal_stiffness_N_per_m == 0.0);
   CHECK(open.motor_time_constant_s == 0.0);
   CHECK(open.max_speed_m_s == 0.0);
   for (const double edge_m : open.workspace_max_m) CHECK(edge_m == 0.0);

@@ -26,7 +26,8 @@ inline stillgrid_device_negotiate_fn negotiator_of(const std::string& plugin) {
 struct Plugin {
   explicit Plugin(const std::string& name, const void* (*get_extension)(const char*) = nullptr,
                   std::uint32_t clock = STILLGRID_CLOCK_VIRTUAL) {
-    const stillgrid_host_info host{sizeof host, 1, 1, clock, kTick_ns, get_extension};
+    const stillgrid_host_info host{sizeof host, STILLGRID_DEVICE_ABI, clock, 0,
+                                   kTick_ns,    get_extension};
     api.struct_size = sizeof api;
     REQUIRE(negotiator_of(name)(&host, &api) == STILLGRID_DEVICE_OK);
     REQUIRE(api.open(0, &device) == STILLGRID_DEVICE_OK);

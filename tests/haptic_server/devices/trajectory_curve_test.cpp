@@ -17,9 +17,9 @@ Eigen::Vector3d smooth_m(double t) {
 }
 
 /// Samples of the smooth motion at irregular times, from 1 ms to 60 ms apart.
-Trajectory irregular_recording() {
+tables::Trajectory irregular_recording() {
   std::mt19937 random(7);
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   for (double time_s = 0.0; time_s < 2.0;) {
     trajectory.time_s.push_back(time_s);
     trajectory.position_m.push_back(smooth_m(time_s));
@@ -50,7 +50,7 @@ double largest_speed_m_s(const TrajectoryCurve& curve) {
 }
 
 TEST_CASE("Both resamplings pass through every sample", "[trajectory_curve]") {
-  const Trajectory trajectory = irregular_recording();
+  const tables::Trajectory trajectory = irregular_recording();
   const auto resampling = GENERATE(Resampling::kLinear, Resampling::kCubic);
   const TrajectoryCurve curve = make_curve(trajectory, resampling);
 
@@ -62,14 +62,14 @@ TEST_CASE("Both resamplings pass through every sample", "[trajectory_curve]") {
 }
 
 TEST_CASE("The cubic follows a smooth motion far better than the linear", "[trajectory_curve]") {
-  const Trajectory trajectory = irregular_recording();
+  const tables::Trajectory trajectory = irregular_recording();
   const double cubic_m = error_m(make_curve(trajectory, Resampling::kCubic));
   const double linear_m = error_m(make_curve(trajectory, Resampling::kLinear));
   CHECK(cubic_m < linear_m / 50.0);
 }
 
 TEST_CASE("A straight motion is reproduced by both at any time", "[trajectory_curve]") {
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   for (const double time_s : {0.0, 1e-4, 0.005, 0.0051, 0.3}) {
     trajectory.time_s.push_back(time_s);
     trajectory.position_m.emplace_back(2.0 * time_s, 1.0, -time_s);
@@ -84,7 +84,7 @@ TEST_CASE("A straight motion is reproduced by both at any time", "[trajectory_cu
 
 TEST_CASE("The curve's velocity is its derivative, and of the cubic does not jump",
           "[trajectory_curve]") {
-  const Trajectory trajectory = irregular_recording();
+  const tables::Trajectory trajectory = irregular_recording();
   const TrajectoryCurve curve = make_curve(trajectory, Resampling::kCubic);
   CurveCursor cursor;
   constexpr double kStep_s = 1e-6;
@@ -100,7 +100,7 @@ TEST_CASE("The curve's velocity is its derivative, and of the cubic does not jum
 }
 
 TEST_CASE("Outside the recording the curve stands still at its ends", "[trajectory_curve]") {
-  const Trajectory trajectory = irregular_recording();
+  const tables::Trajectory trajectory = irregular_recording();
   const TrajectoryCurve curve = make_curve(trajectory, Resampling::kCubic);
   CurveCursor cursor;
   const double infinity = std::numeric_limits<double>::infinity();
@@ -122,7 +122,7 @@ TEST_CASE("The order of reading changes nothing", "[trajectory_curve]") {
 }
 
 TEST_CASE("One sample alone is a point that stands still", "[trajectory_curve]") {
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   trajectory.time_s = {0.0};
   trajectory.position_m = {{1.0, 2.0, 3.0}};
   const TrajectoryCurve curve = make_curve(trajectory, Resampling::kCubic);
@@ -133,7 +133,8 @@ TEST_CASE("One sample alone is a point that stands still", "[trajectory_curve]")
 
 TEST_CASE("Stale readings do not make the cubic swing, and a rest stays a rest",
           "[trajectory_curve]") {
-  Trajectory trajectory;  // 0.1 m/s, logged at 1 kHz from a sensor at 100 Hz, then 1 s of rest
+  tables::Trajectory
+      trajectory;  // 0.1 m/s, logged at 1 kHz from a sensor at 100 Hz, then 1 s of rest
   for (int n = 0; n < 2000; ++n) {
     const int reading = std::min(n, 1000) / 10;
     trajectory.time_s.push_back(1e-3 * n);
@@ -147,7 +148,7 @@ TEST_CASE("Stale readings do not make the cubic swing, and a rest stays a rest",
 }
 
 TEST_CASE("Knots keep the distance asked for, the last sample among them", "[trajectory_curve]") {
-  const Trajectory trajectory = irregular_recording();
+  const tables::Trajectory trajectory = irregular_recording();
   const TrajectoryCurve curve = make_curve(trajectory, Resampling::kCubic, 0.1);
   CHECK(curve.knot_time_s.front() == 0.0);
   CHECK(curve.knot_time_s.back() == trajectory.time_s.back());
@@ -158,7 +159,7 @@ TEST_CASE("Knots keep the distance asked for, the last sample among them", "[tra
 }
 
 TEST_CASE("Orientation turns at an even rate, the short way", "[trajectory_curve]") {
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   trajectory.time_s = {0.0, 2.0};
   trajectory.position_m = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitZ()));
@@ -181,7 +182,7 @@ TEST_CASE("On recordings made by others the cubic stays near the samples and the
   for (const char* const file :
        {"franka_1khz/franka_20260223_162545.csv", "ku_contour_force/demo_a_1.csv",
         "ku_contour_force/demo_d_2.csv"}) {
-    const Trajectory trajectory = read_trajectory((folder / file).string());
+    const tables::Trajectory trajectory = tables::read_trajectory((folder / file).string());
     const TrajectoryCurve linear = make_curve(trajectory, Resampling::kLinear);
     const TrajectoryCurve cubic = make_curve(trajectory, Resampling::kCubic);
     CHECK(largest_speed_m_s(cubic) < 1.3 * largest_speed_m_s(linear));

@@ -8,9 +8,9 @@ namespace stillgrid::devices::trajectory_faults_test {
 namespace {
 
 /// A hand at 1 kHz that wanders at no more than 0.5 m/s; its sensor reads every `stale` rows.
-Trajectory wandering(std::mt19937& random, std::size_t rows, std::size_t stale) {
+tables::Trajectory wandering(std::mt19937& random, std::size_t rows, std::size_t stale) {
   std::uniform_real_distribution<double> step_m(-2.5e-4, 2.5e-4);
-  Trajectory trajectory;
+  tables::Trajectory trajectory;
   Eigen::Vector3d hand_m = Eigen::Vector3d::Zero(), read_m = hand_m;
   for (std::size_t i = 0; i < rows; ++i) {
     hand_m += Eigen::Vector3d(step_m(random), step_m(random), step_m(random));
@@ -22,7 +22,7 @@ Trajectory wandering(std::mt19937& random, std::size_t rows, std::size_t stale) 
   return trajectory;
 }
 
-void cut(Trajectory& trajectory, std::size_t row, double seconds) {
+void cut(tables::Trajectory& trajectory, std::size_t row, double seconds) {
   for (std::size_t i = row; i < trajectory.time_s.size(); ++i) trajectory.time_s[i] += seconds;
 }
 
@@ -39,11 +39,11 @@ TEST_CASE("A gap and a jump are told at their line wherever they are", "[traject
   for (int i = 0; i < 40; ++i) {
     const std::size_t row = any_row(random);
     const std::string line = "hand.csv:" + std::to_string(row + 2) + ": ";
-    Trajectory with_gap = wandering(random, 500, 1);
+    tables::Trajectory with_gap = wandering(random, 500, 1);
     cut(with_gap, row, 5.0);
     CHECK(faults_of("hand.csv", with_gap).starts_with(line + "gap of 5.001 s"));
     CHECK(faults_of("hand.csv", with_gap).find("1 gap and 0 jumps") != std::string::npos);
-    Trajectory with_jump = wandering(random, 500, 1);
+    tables::Trajectory with_jump = wandering(random, 500, 1);
     for (std::size_t k = row; k < 500; ++k) with_jump.position_m[k].x() += 1.0;
     CHECK(faults_of("hand.csv", with_jump).starts_with(line + "jump of "));
     CHECK(faults_of("hand.csv", with_jump).find("0 gaps and 1 jump,") != std::string::npos);
@@ -51,7 +51,7 @@ TEST_CASE("A gap and a jump are told at their line wherever they are", "[traject
 }
 
 TEST_CASE("A path of few rows, written by hand, is as it is meant", "[trajectory_faults]") {
-  Trajectory path;
+  tables::Trajectory path;
   path.time_s = {0.0, 1e-3, 1000.0};
   path.line = {2, 3, 4};
   path.position_m = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones(), Eigen::Vector3d::Zero()};

@@ -2,14 +2,10 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <stillgrid/device_plugin.h>
 #include <string.h>
 
-#ifndef STILLGRID_DEVICE_NO_MOTORS /* an older header lacks it */
-#define STILLGRID_DEVICE_NO_MOTORS 2u
-#endif
 #define MASS_KG 0.1
 #define DAMPING_N_S_PER_M 2.0
 #define MAX_FORCE_N 3.0
@@ -61,22 +57,10 @@ static int32_t handle_configure(stillgrid_device* device, const char* key, const
   return STILLGRID_DEVICE_OK;
 }
 
-/* Copies what lies inside the host's struct, and leaves its struct_size alone: the host may have
- * been built with an older header than this file, or with a newer one. least: what no host lacks.
- */
-static int32_t copy_out(void* to, const void* from, size_t least, size_t size) {
-  uint32_t host_size = 0;
-  memcpy(&host_size, to, sizeof host_size);
-  if (host_size < least) return STILLGRID_DEVICE_E_ARGUMENT;
-  const size_t inside = host_size < size ? host_size : size;
-  memcpy((char*)to + sizeof host_size, (const char*)from + sizeof host_size,
-         inside - sizeof host_size);
-  return STILLGRID_DEVICE_OK;
-}
-
 static int32_t handle_describe(stillgrid_device* device, stillgrid_device_descriptor* out) {
-  if (device == NULL || out == NULL) return STILLGRID_DEVICE_E_ARGUMENT;
-  stillgrid_device_descriptor d = {0}; /* zero: unknown, or no such limit */
+  if (device == NULL || out == NULL || out->struct_size != sizeof *out)
+    return STILLGRID_DEVICE_E_ARGUMENT;
+  stillgrid_device_descriptor d = {.struct_size = sizeof d}; /* zero: unknown, or no such limit */
   strcpy(d.name, "handle");
   d.flags = STILLGRID_DEVICE_NO_MOTORS; /* it is simulated; a real device leaves this out */
   for (int axis = 0; axis < 3; ++axis) {
@@ -86,7 +70,8 @@ static int32_t handle_describe(stillgrid_device* device, stillgrid_device_descri
   d.max_force_N = MAX_FORCE_N;
   d.rate_hz = 1000.0;
   d.max_read_ns = 50000;
-  return copy_out(out, &d, offsetof(stillgrid_device_descriptor, workspace_min_m), sizeof d);
+  *out = d;
+  return STILLGRID_DEVICE_OK;
 }
 
 static int32_t handle_activate(stillgrid_device* device) {
@@ -120,15 +105,17 @@ static void advance(stillgrid_device* device, uint64_t now_ns) {
 }
 
 static int32_t handle_read(stillgrid_device* device, uint64_t now_ns, stillgrid_device_state* out) {
-  if (device == NULL || out == NULL) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (device == NULL || out == NULL || out->struct_size != sizeof *out)
+    return STILLGRID_DEVICE_E_ARGUMENT;
   if (!device->is_active) return STILLGRID_DEVICE_E_ORDER;
   advance(device, now_ns);
-  stillgrid_device_state state = {0};
+  stillgrid_device_state state = {.struct_size = sizeof state};
   state.valid = STILLGRID_STATE_POSITION;
   state.time_ns = now_ns; /* a real device: when its encoders were sampled */
   state.sequence = ++device->sequence;
   state.position_m[2] = device->z_m;
-  return copy_out(out, &state, offsetof(stillgrid_device_state, orientation_xyzw), sizeof state);
+  *out = state;
+  return STILLGRID_DEVICE_OK;
 }
 
 /* The host has limited the force already. Hardware deserves a driver that does not rely on it. */
@@ -170,11 +157,10 @@ static const char* handle_strerror(stillgrid_device* device, int32_t code) {
 
 int32_t stillgrid_device_negotiate(const stillgrid_host_info* host, stillgrid_device_api* out) {
   if (host == NULL || out == NULL) return STILLGRID_DEVICE_E_ARGUMENT;
-  if (host->struct_size < offsetof(stillgrid_host_info, clock)) return STILLGRID_DEVICE_E_ARGUMENT;
-  if (host->abi_min > STILLGRID_DEVICE_ABI_MAX || host->abi_max < STILLGRID_DEVICE_ABI_MIN)
-    return STILLGRID_DEVICE_E_VERSION;
-  stillgrid_device_api api = {0}; /* by name: a newer header may have more */
-  api.abi = host->abi_max < STILLGRID_DEVICE_ABI_MAX ? host->abi_max : STILLGRID_DEVICE_ABI_MAX;
+  if (host->abi != STILLGRID_DEVICE_ABI) return STILLGRID_DEVICE_E_VERSION;
+  if (host->struct_size != sizeof *host || out->struct_size != sizeof *out)
+    return STILLGRID_DEVICE_E_ARGUMENT;
+  stillgrid_device_api api = {.struct_size = sizeof api, .abi = STILLGRID_DEVICE_ABI};
   api.enumerate = handle_enumerate;
   api.open = handle_open;
   api.configure = handle_configure;
@@ -186,7 +172,6 @@ int32_t stillgrid_device_negotiate(const stillgrid_host_info* host, stillgrid_de
   api.close = handle_close;
   api.emergency_stop = handle_emergency_stop;
   api.strerror = handle_strerror;
-  /* Every function up to strerror must fit; what came later need not. */
-  const size_t least = offsetof(stillgrid_device_api, strerror) + sizeof api.strerror;
-  return copy_out(out, &api, least, sizeof api);
+  *out = api;
+  return STILLGRID_DEVICE_OK;
 }

@@ -184,13 +184,12 @@ std::int32_t guarded(std::string& error, const Work& work) noexcept {
   }
 }
 
-/// Copies what lies inside the host's struct, and leaves its struct_size alone. least: what no host
-/// lacks.
+/// Fills in the host's struct. Refuses one of another size than this header's.
 template <class Struct>
-std::int32_t copy_out(Struct from, Struct* to, std::size_t least) noexcept {
-  if (to->struct_size < least) return STILLGRID_DEVICE_E_ARGUMENT;
-  from.struct_size = to->struct_size;
-  std::memcpy(to, &from, std::min<std::size_t>(to->struct_size, sizeof from));
+std::int32_t copy_out(Struct from, Struct* to) noexcept {
+  if (to->struct_size != sizeof from) return STILLGRID_DEVICE_E_ARGUMENT;
+  from.struct_size = sizeof from;
+  *to = from;
   return STILLGRID_DEVICE_OK;
 }
 
@@ -260,7 +259,7 @@ std::int32_t describe(stillgrid_device* device, stillgrid_device_descriptor* out
   std::strcpy(descriptor.name, "udp_knob");
   descriptor.max_force_N = kMaxForce_N;
   descriptor.max_read_ns = 20'000;
-  return copy_out(descriptor, out, offsetof(stillgrid_device_descriptor, workspace_min_m));
+  return copy_out(descriptor, out);
 }
 
 std::int32_t activate(stillgrid_device* device) noexcept {
@@ -303,7 +302,7 @@ std::int32_t read_state(stillgrid_device* device, std::uint64_t /*now_ns*/,
   state.time_ns = sample.time_ns;
   state.sequence = sample.number;
   std::copy(sample.position_m.begin(), sample.position_m.end(), state.position_m);
-  return copy_out(state, out, offsetof(stillgrid_device_state, orientation_xyzw));
+  return copy_out(state, out);
 }
 
 std::int32_t write_force(stillgrid_device* device, std::uint64_t now_ns, const double* force_N,
@@ -354,7 +353,7 @@ std::int32_t identify(stillgrid_device* device, stillgrid_device_identity* out) 
   stillgrid_device_identity identity{};
   std::snprintf(identity.serial, sizeof identity.serial, "127.0.0.1:%u", device->port);
   std::strcpy(identity.driver, "udp_knob 1.0");
-  return copy_out(identity, out, offsetof(stillgrid_device_identity, firmware));
+  return copy_out(identity, out);
 }
 
 const void* get_extension(const char* name) noexcept {
@@ -368,18 +367,14 @@ const void* get_extension(const char* name) noexcept {
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
                                                    stillgrid_device_api* out) {
   if (host == nullptr || out == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
-  if (host->struct_size < offsetof(stillgrid_host_info, period_ns))
-    return STILLGRID_DEVICE_E_ARGUMENT;
-  if (host->abi_min > STILLGRID_DEVICE_ABI_MAX || host->abi_max < STILLGRID_DEVICE_ABI_MIN)
-    return STILLGRID_DEVICE_E_VERSION;
+  if (host->abi != STILLGRID_DEVICE_ABI) return STILLGRID_DEVICE_E_VERSION;
+  if (host->struct_size != sizeof *host) return STILLGRID_DEVICE_E_ARGUMENT;
   host_clock = host->clock;
   host_log = nullptr;
-  if (host->struct_size >=
-          offsetof(stillgrid_host_info, get_extension) + sizeof host->get_extension &&
-      host->get_extension != nullptr)
+  if (host->get_extension != nullptr)
     host_log = static_cast<const stillgrid_host_log*>(host->get_extension(STILLGRID_HOST_LOG));
   stillgrid_device_api api{};
-  api.abi = std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX);
+  api.abi = STILLGRID_DEVICE_ABI;
   api.enumerate = enumerate_devices;
   api.open = open_device;
   api.configure = configure;
@@ -392,5 +387,5 @@ extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* ho
   api.emergency_stop = emergency_stop;
   api.strerror = error_line;
   api.get_extension = get_extension;
-  return copy_out(api, out, offsetof(stillgrid_device_api, get_extension));
+  return copy_out(api, out);
 }

@@ -185,7 +185,7 @@ std::int32_t describe(stillgrid_device* /*device*/, stillgrid_device_descriptor*
   out->max_force_N = 3.3;
   out->continuous_force_N = driver.number["continuous_force_N"];
   out->motor_time_constant_s = driver.number["motor_time_constant_s"];
-  out->nominal_stiffness_N_m = driver.number["stiffness_N_per_m"];
+  out->nominal_stiffness_N_per_m = driver.number["stiffness_N_per_m"];
   out->max_speed_m_s = driver.number["max_speed_m_s"];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     out->workspace_min_m[axis] = -driver.number["workspace_m"];
@@ -243,8 +243,14 @@ const char* strerror(stillgrid_device* /*device*/, std::int32_t /*code*/) {
 
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* /*host*/,
                                                    stillgrid_device_api* out) {
-  *out = {sizeof *out, 1,       enumerate, open_device, configure,    describe,
-          activate,    read,    write,     deactivate,  close_device, emergency_stop,
-          strerror,    nullptr, nullptr,   nullptr,     nullptr,      nullptr};
+  *out = {sizeof *out,  STILLGRID_DEVICE_ABI,
+          enumerate,    open_device,
+          configure,    describe,
+          activate,     read,
+          write,        deactivate,
+          close_device, emergency_stop,
+          strerror,     nullptr,
+          nullptr,      nullptr,
+          nullptr,      nullptr};
   return STILLGRID_DEVICE_OK;
 }

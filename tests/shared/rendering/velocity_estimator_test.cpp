@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "haptic_server/devices/trajectory.hpp"
+#include "shared/tables/trajectory.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
 namespace stillgrid::rendering::velocity_estimator_test {
@@ -156,9 +156,9 @@ TEST_CASE("On recorded motions an encoder's steps are felt at a third of their b
        {"franka_1khz/franka_20260223_162545.csv", "x_m:x_m*0.15"},
        {"ku_contour_force/demo_a_1.csv", "x_m:y_mm*0.001"}}));
   const double step_m = GENERATE(23e-6, 30e-6, 55e-6);
-  devices::TrajectoryOptions options;
-  options.map = devices::parse_axis_map(map);
-  const devices::Trajectory motion = devices::read_trajectory((folder / name).string(), options);
+  tables::TrajectoryOptions options;
+  options.map = tables::parse_axis_map(map);
+  const tables::Trajectory motion = tables::read_trajectory((folder / name).string(), options);
 
   VelocityEstimator of_exact, of_rounded;
   double squares = 0.0;

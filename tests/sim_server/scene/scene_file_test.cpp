@@ -51,7 +51,7 @@ material = "m"
 
 }  // namespace
 
-TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
+TEST_CASE("A scene of its format alone has every default", "[scene_file]") {
   const SceneDescription scene = scene_of("format = 2\n");
 
   CHECK(scene.gravity_m_s2 == Eigen::Vector3d(0.0, 0.0, -9.81));

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "haptic_server/devices/trajectory.hpp"
+#include "shared/tables/trajectory.hpp"
 
 namespace stillgrid::spheres {
 
@@ -21,7 +21,7 @@ std::vector<RecordedContact> read_contour_demonstrations(const std::filesystem::
   for (const char* const name : {"a_1", "a_2", "b_1", "b_2", "c_1", "c_2", "d_1", "d_2"}) {
     const auto file =
         data / "trajectories" / "ku_contour_force" / ("demo_" + std::string(name) + ".csv");
-    const devices::Trajectory trajectory = devices::read_trajectory(file.string());
+    const tables::Trajectory trajectory = tables::read_trajectory(file.string());
     demonstrations.push_back({name, trajectory.position_m, trajectory.force_N});
   }
   return demonstrations;

@@ -38,8 +38,14 @@ const char* strerror(stillgrid_device* /*device*/, std::int32_t /*code*/) {
 
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* /*host*/,
                                                    stillgrid_device_api* out) {
-  *out = {sizeof *out, 1,       enumerate, open,     configure, describe,
-          activate,    read,    write,     activate, close,     emergency_stop,
-          strerror,    nullptr, nullptr,   nullptr,  nullptr,   nullptr};
+  *out = {sizeof *out, STILLGRID_DEVICE_ABI,
+          enumerate,   open,
+          configure,   describe,
+          activate,    read,
+          write,       activate,
+          close,       emergency_stop,
+          strerror,    nullptr,
+          nullptr,     nullptr,
+          nullptr,     nullptr};
   return STILLGRID_DEVICE_OK;
 }

@@ -79,8 +79,14 @@ const void* get_extension(const char* name) {
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
                                                    stillgrid_device_api* out) {
   host_log = static_cast<const stillgrid_host_log*>(host->get_extension(STILLGRID_HOST_LOG));
-  *out = {1U << 20U, 1,       enumerate,  open,   configure,      describe, activate,
-          read,      write,   deactivate, close,  emergency_stop, strerror, get_extension,
-          nullptr,   nullptr, nullptr,    nullptr};
+  *out = {1U << 20U, STILLGRID_DEVICE_ABI,
+          enumerate, open,
+          configure, describe,
+          activate,  read,
+          write,     deactivate,
+          close,     emergency_stop,
+          strerror,  get_extension,
+          nullptr,   nullptr,
+          nullptr,   nullptr};
   return STILLGRID_DEVICE_OK;
 }

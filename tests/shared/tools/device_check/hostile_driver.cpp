@@ -109,13 +109,11 @@ std::int32_t configure(stillgrid_device* handle, const char* key, const char* va
 
 /// Writes what fits into the host's struct, or what would in a world without hosts.
 template <class Struct>
-std::int32_t hand_over(Struct& from, Struct* to, std::size_t least, const char* overrun,
-                       const char* resize) {
-  if (to == nullptr || (to->struct_size < least && !is(overrun)))
+std::int32_t hand_over(Struct& from, Struct* to, const char* overrun, const char* resize) {
+  if (to == nullptr || (to->struct_size != sizeof from && !is(overrun)))
     return STILLGRID_DEVICE_E_ARGUMENT;
-  from.struct_size = is(resize) ? sizeof(Struct) : to->struct_size;
-  std::memcpy(to, &from,
-              is(overrun) ? sizeof from : std::min<std::size_t>(to->struct_size, sizeof from));
+  from.struct_size = is(resize) ? 0 : sizeof from;
+  *to = from;
   return STILLGRID_DEVICE_OK;
 }
 
@@ -145,8 +143,7 @@ std::int32_t describe(stillgrid_device* handle, stillgrid_device_descriptor* out
   descriptor.axis_count = is("many_axes") ? 5 : 2;
   descriptor.gripper_open_m = 0.03;
   descriptor.max_gripper_force_N = 2.0;
-  return hand_over(descriptor, out, offsetof(stillgrid_device_descriptor, workspace_min_m),
-                   "descriptor_overrun", "descriptor_resized");
+  return hand_over(descriptor, out, "descriptor_overrun", "descriptor_resized");
 }
 
 void tick_until_told(Device& self) {
@@ -254,7 +251,7 @@ std::int32_t read_state(stillgrid_device* handle, std::uint64_t now_ns,
   stillgrid_device_state state{};
   fill_in(*self, now_ns, state);
   if (is("poisoned_by_force")) state.position_m[2] = 0.0 * self->force_N;
-  return hand_over(state, out, sizeof state, "state_overrun", "state_resized");
+  return hand_over(state, out, "state_overrun", "state_resized");
 }
 
 std::int32_t write_force(stillgrid_device* handle, std::uint64_t /*now_ns*/, const double* force_N,
@@ -318,7 +315,7 @@ std::int32_t identify(stillgrid_device* handle, stillgrid_device_identity* out) 
   stillgrid_device_identity identity{};
   std::strncpy(identity.driver, "hostile 1", sizeof identity.driver - 1);
   if (is("endless_serial")) std::memset(identity.serial, '7', sizeof identity.serial);
-  return hand_over(identity, out, sizeof identity, "identity_overrun", "identity_resized");
+  return hand_over(identity, out, "identity_overrun", "identity_resized");
 }
 
 const void* get_extension(const char* name) {
@@ -348,7 +345,7 @@ std::int32_t list(stillgrid_device* handle, std::uint32_t index, stillgrid_devic
   if (listing.options[7] == '0' && !is("same_options"))
     listing.options[7] = static_cast<char>('0' + index);
   if (is("endless_serial_listed")) std::memset(listing.serial, '7', sizeof listing.serial);
-  return hand_over(listing, out, sizeof listing, "listing_overrun", "listing_resized");
+  return hand_over(listing, out, "listing_overrun", "listing_resized");
 }
 
 std::int32_t command(stillgrid_device* handle, const char* key, const char* value) {
@@ -371,9 +368,8 @@ std::int32_t write_gripper(stillgrid_device* handle, std::uint64_t /*now_ns*/, d
 /// Finds the host's log, from a host that has extensions.
 void find_log(const stillgrid_host_info& host) {
   host_log = nullptr;
-  const bool has_extensions = host.struct_size >= sizeof host || is("host_overread");
-  if (!has_extensions || host.get_extension == nullptr) {
-    if (is("needs_log") && has_extensions) crash();
+  if (host.get_extension == nullptr) {
+    if (is("needs_log")) crash();
     return;
   }
   host_log = static_cast<const stillgrid_host_log*>(host.get_extension(STILLGRID_HOST_LOG));
@@ -405,26 +401,23 @@ extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* ho
   if (is("null_host") && host == nullptr) crash();
   if (host == nullptr || out == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
   if (is("refuses_all")) return STILLGRID_DEVICE_E_VERSION;
-  const bool is_common = host->abi_min <= 2 && host->abi_max >= 1;
-  if (!is_common && !is("takes_any_version")) return STILLGRID_DEVICE_E_VERSION;
-  constexpr std::size_t kLeast = offsetof(stillgrid_device_api, get_extension);
-  if (out->struct_size < kLeast && !is("table_overrun")) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (host->abi != STILLGRID_DEVICE_ABI && !is("takes_any_version"))
+    return STILLGRID_DEVICE_E_VERSION;
+  if (out->struct_size != sizeof *out && !is("table_overrun")) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (host->struct_size != sizeof *host && !is("host_overread")) return STILLGRID_DEVICE_E_ARGUMENT;
   find_log(*host);
-  stillgrid_device_api api{out->struct_size, is("wrong_version") ? 7U : std::min(host->abi_max, 2U),
-                           enumerate,        open_device,
-                           configure,        describe,
-                           activate,         read_state,
-                           write_force,      deactivate,
-                           close_device,     emergency_stop,
-                           strerror,         get_extension,
-                           set_tick,         list,
-                           command,          write_gripper};
+  stillgrid_device_api api{sizeof api,   is("wrong_version") ? 7U : STILLGRID_DEVICE_ABI,
+                           enumerate,    open_device,
+                           configure,    describe,
+                           activate,     read_state,
+                           write_force,  deactivate,
+                           close_device, emergency_stop,
+                           strerror,     get_extension,
+                           set_tick,     list,
+                           command,      write_gripper};
   if (is("no_set_tick")) api.set_tick = nullptr;
-  if (is("echoes_version")) api.abi = host->abi_max;
   if (is("no_stop")) api.emergency_stop = nullptr;
-  if (is("table_resized")) api.struct_size = sizeof api;
-  std::memcpy(
-      out, &api,
-      is("table_overrun") ? sizeof api : std::min<std::size_t>(out->struct_size, sizeof api));
+  if (is("table_resized")) api.struct_size = 0;
+  *out = api;
   return STILLGRID_DEVICE_OK;
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "shared/files/old_names.hpp"
 #include "shared/tools/fit_run/fit_candidate.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
@@ -69,33 +68,6 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
   CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
   CHECK(scene.method.solver == scene::SolverKind::kNewtonLu);  // what is not set stays
-}
-
-TEST_CASE("A setting by a key's name of format 1 or 2 changes that key in a scene of either",
-          "[fit_scene]") {
-  for (const std::string format : {"format = 1", "format = 2"}) {
-    const files::OldName& key = files::kOldSceneKeys[0];
-    const std::string text = format + "\n[[material]]\nname = 'felt'\n" +
-                             std::string(format == "format = 1" ? key.before : key.now) + " = 400";
-    for (const std::string_view name : {key.before, key.now}) {
-      const scene::SceneDescription scene = scene::read_scene(
-          with_settings(text, {"material.felt." + std::string(name) + "=7"}), "s.toml");
-      CHECK(scene.materials[0].contact_stiffness_N_per_m == 7.0);
-    }
-  }
-}
-
-TEST_CASE("A setting below a key may use that key's old name", "[fit_scene]") {
-  const files::OldName& key = files::kOldSceneKeys[2];
-  for (const std::string_view name : {key.before, key.now}) {
-    CAPTURE(name);
-    const std::string text = with_settings(
-        "format = 1\n[[body]]\nname = 'sheet'\n" + std::string(key.before) + " = { bend = 3.0 }",
-        {"body.sheet." + std::string(name) + ".bend=7"});
-    CHECK(text.find(key.before) == std::string::npos);
-    CHECK(text.find("bend = 7") != std::string::npos);
-    CHECK(text.find("bend = 3") == std::string::npos);
-  }
 }
 
 TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]") {
@@ -161,9 +133,7 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
   const tests::TestFolder folder;
   for (const std::string& text : std::vector<std::string>{
-           "format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
-           "format = 1\nworld = {" + std::string(files::kOldSceneKeys[0].before) + " = 1, " +
-               std::string(files::kOldSceneKeys[0].now) + " = 1}"}) {
+           "format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n", "format = 1\n"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
                       Catch::StartsWith(file.string() + ":"));

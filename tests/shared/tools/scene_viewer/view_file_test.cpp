@@ -126,6 +126,27 @@ std::filesystem::path sound_view(const tests::TestFolder& folder, const std::str
   return file;
 }
 
+TEST_CASE("A saved view that nests without end does no harm", "[view_file]") {
+  const tests::TestFolder folder;
+  const std::string deep = std::string(2'000'000, '[') + std::string(2'000'000, ']');
+  std::string scene = empty_scene_message(ViewKind::kSession, "wall", "a");
+  scene.replace(scene.rfind('}'), 1, ",\"more\":" + deep + "}");
+  const auto file = folder.path / "deep.view";
+  {
+    ViewWriter writer(file);
+    writer.add(ViewRecord::kScene, scene);
+    writer.add(ViewRecord::kFrame, frame_at(0.5, "a"));
+  }
+  CHECK(SavedView(file).scene("a")->size() < scene.size() / 2);
+}
+
+TEST_CASE("A saved view of another version is refused", "[view_file]") {
+  const tests::TestFolder folder;
+  const auto file = small_view(folder);
+  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(8).put(1);
+  CHECK(refusal_line([&] { ViewReader{file}; }).ends_with("wrote, of version 2"));
+}
+
 TEST_CASE("A saved view finds the scene of each of its frames, and says that it is saved",
           "[view_file]") {
   const tests::TestFolder folder;

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
+#include "shared/tools/segment_inspect/inspection_json.hpp"
 #include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
 namespace stillgrid::segment_inspect::inspection_text_test {
 namespace {
 
+using Json = nlohmann::ordered_json;
 constexpr auto kScene = proto::SegmentKind::kScene;
 
 reading::SegmentSummary refused(const std::string& session, const std::string& why) {
@@ -35,7 +38,7 @@ TEST_CASE("A table has one line for each segment whatever its name holds", "[ins
   const std::array summaries{refused("a\n\x1B[2J", "it is not ours"),
                              reading::observe({session.name(), kScene}).summary};
 
-  const std::string table = table_of(summaries);
+  const std::string table = table_of(json_of(summaries));
 
   CHECK(std::count(table.begin(), table.end(), '\n') == 3);
   CHECK(table.find('\x1B') == std::string::npos);
@@ -47,7 +50,7 @@ TEST_CASE("A table has one line for each segment whatever its name holds", "[ins
 }
 
 TEST_CASE("A table of nothing says so", "[inspection_text]") {
-  CHECK(table_of({}) == "no session in shared memory\n");
+  CHECK(table_of(Json::array()) == "no session in shared memory\n");
 }
 
 TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
@@ -55,7 +58,7 @@ TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
   const publication::SmallSceneWriter writer(session);
   const std::array summaries{refused("a", std::string(300, 'x')),
                              reading::observe({session.name(), kScene}).summary};
-  const std::string table = table_of(summaries);
+  const std::string table = table_of(json_of(summaries));
   CHECK(table.find('\n') < 150);
 }
 
@@ -65,14 +68,14 @@ TEST_CASE("A session in detail tells the scene, its snapshot and what is absent"
   publication::SmallSceneWriter writer(session);
   const auto detail = [&] {
     const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
-    return detail_of(session.name(), &scene, nullptr);
+    return detail_of(json_of(session.name(), &scene, nullptr, {.max_spheres = 0}));
   };
-  CHECK(detail().find("none yet") != std::string::npos);
+  CHECK(detail().find("snapshot: none\n") != std::string::npos);
   writer.publish_next();
   const std::string text = detail();
-  for (const char* words :
-       {"small", "500 N/m", "2000 N/m", "normal (0, 0, 1)", "tool sphere 1", "scale 2",
-        "7 moving, 10 static", "1 contacts", "cells", "tool, of haptic_server: none"})
+  for (const char* words : {"name: small", "stiffness_N_per_m 500,", "stiffness_N_per_m 2000,",
+                            "normal (0, 0, 1)", "tool_spheres 1: ", "scale: 2", "moving_spheres: 7",
+                            "static_spheres: 10", "contacts: 1", "tool: none"})
     CHECK(text.find(words) != std::string::npos);
 }
 
@@ -82,11 +85,11 @@ TEST_CASE("A session in detail tells each field's cells and bytes", "[inspection
   const publication::SceneWriter writer(session.name(), fixed, 0, publication::kPeriod_ns,
                                         proto::Clock::kVirtual, 0);
   const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
-  const std::string text = detail_of(session.name(), &scene, nullptr);
-  CHECK(text.find("field 0          static, cells of 0.0021 m, ") != std::string::npos);
-  CHECK(text.find("field 1          moving, cells of 0.0019 m, ") != std::string::npos);
-  CHECK(text.find(size_text(fixed.fields[1].field->bytes()) + ", material 0, body 8\n") !=
+  const std::string text = detail_of(json_of(session.name(), &scene, nullptr, {}));
+  CHECK(text.find("fields 0: body 7, material 0, moves false, cell_m 0.0021,") !=
         std::string::npos);
+  CHECK(text.find("moves true, cell_m 0.0019,") != std::string::npos);
+  CHECK(text.find("bytes " + std::to_string(fixed.fields[1].field->bytes())) != std::string::npos);
 }
 
 }  // namespace

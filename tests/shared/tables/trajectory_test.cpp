@@ -1,4 +1,4 @@
-#include "haptic_server/devices/trajectory.hpp"
+#include "shared/tables/trajectory.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices::trajectory_test {
+namespace stillgrid::tables::trajectory_test {
 namespace {
 
 const std::string kSmall =
@@ -21,13 +21,13 @@ const std::string kSmall =
     "1.0,0.013,0.021,0.031\n";
 
 Trajectory read(const std::string& content, const TrajectoryOptions& options = {}) {
-  const RecordingFile file(content);
+  const devices::RecordingFile file(content);
   return read_trajectory(file.path(), options);
 }
 
 /// What is said about a bad file, without the file's name; empty when it is accepted.
 std::string refusal(const std::string& content, const TrajectoryOptions& options = {}) {
-  const RecordingFile file(content);
+  const devices::RecordingFile file(content);
   try {
     static_cast<void>(read_trajectory(file.path(), options));
   } catch (const std::runtime_error& error) {
@@ -146,7 +146,7 @@ TEST_CASE("A header that lacks or repeats a column is refused by name", "[trajec
 
 TEST_CASE("A file that gzip has compressed is told so", "[trajectory]") {
   CHECK(refusal("\x1f\x8b\x08 of one line\n") ==
-        " compressed by gzip: expected a trajectory CSV, as gunzip makes");
+        " compressed by gzip: expected text, as gunzip makes");
 }
 
 TEST_CASE("A file that cannot be read is refused", "[trajectory]") {
@@ -164,7 +164,7 @@ TEST_CASE("Positions are scaled and then offset, velocities scaled, forces left"
   CHECK(trajectory.velocity_m_s[0] == Eigen::Vector3d(1.0, 1.0, 1.0));
   CHECK(trajectory.force_N[0] == Eigen::Vector3d(1.0, 1.0, 1.0));
   CHECK(refusal("t_s,x_m,y_m,z_m\n0,1e300,0,0\n", {1e300, {0.0, 0.0, 0.0}, {}})
-            .find("finite length") != std::string::npos);
+            .find("at most 1e6 m") != std::string::npos);
 }
 
 TEST_CASE("A map makes axes of columns, and leaves the others zero", "[trajectory]") {
@@ -188,7 +188,7 @@ TEST_CASE("A map that cannot be meant is refused", "[trajectory]") {
 }
 
 TEST_CASE("Recordings made by others are read", "[trajectory][real_data]") {
-  const auto folder = real_recordings();
+  const auto folder = devices::real_recordings();
   if (!std::filesystem::exists(folder)) {
     WARN("skipped: no recordings in " << folder);
     return;
@@ -214,4 +214,4 @@ TEST_CASE("Recordings made by others are read", "[trajectory][real_data]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices::trajectory_test
+}  // namespace stillgrid::tables::trajectory_test

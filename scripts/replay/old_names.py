@@ -1,1 +1,0 @@
-../../shared/python/stillgrid/old_names.py
