@@ -4,13 +4,15 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
+#include <cstdint>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "shared/files/number_text.hpp"
+#include "shared/files/text_file.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -18,7 +20,8 @@ namespace {
 constexpr std::array<std::string_view, 8> kColumns = {"time_s", "x_m", "y_m", "z_m",
                                                       "qx",     "qy",  "qz",  "qw"};
 constexpr std::size_t kRequired = 4;
-constexpr double kLongest_m = 1e6;       // from zero: what no hand reaches is somebody's slip
+constexpr double kLongest_m = 1e6;  // from zero: what no hand reaches is somebody's slip
+constexpr std::uintmax_t kMostBytes = 1024 * files::kMiB;
 constexpr double kNormTolerance = 0.05;  // of orientations: recordings round to a few digits
 
 using Fields = std::vector<std::string_view>;
@@ -39,10 +42,8 @@ Fields split(std::string_view line) {
 /// The lines of a file, one at a time, and refusals that name them.
 class Lines {
  public:
-  explicit Lines(const std::filesystem::path& file) : file_(file.string()), stream_(file) {
-    if (!stream_ || std::filesystem::is_directory(file))
-      throw std::runtime_error(file_ + ": cannot be read: expected the path of a hand");
-  }
+  explicit Lines(const std::filesystem::path& file)
+      : file_(file.string()), stream_(files::read_text(file, kMostBytes)) {}
 
   /// The next line with anything in it; comments are left out.
   std::optional<Fields> next() {
@@ -73,7 +74,7 @@ class Lines {
 
  private:
   std::string file_, text_;
-  std::ifstream stream_;
+  std::istringstream stream_;
   int line_ = 0;
 };
 

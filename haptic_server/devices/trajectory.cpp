@@ -1,14 +1,14 @@
 #include "haptic_server/devices/trajectory.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
 
 #include "haptic_server/devices/number.hpp"
+#include "shared/files/text_file.hpp"
 
 namespace stillgrid::devices {
 namespace {
@@ -98,31 +98,12 @@ void append_row(const CsvRow& row, const TrajectoryColumns& columns,
   if (!columns.force.empty()) trajectory.force_N.push_back(vector_at(row, columns.force));
 }
 
-std::string read_text(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text;
-  std::array<char, 65536> chunk{};
-  while (stream) {
-    stream.read(chunk.data(), chunk.size());
-    text.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
-  }
-  if (!stream.is_open() || stream.bad()) {
-    throw std::runtime_error(file + ": cannot be read: expected a trajectory CSV");
-  }
-  return text;
-}
-
 }  // namespace
 
 Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& options) {
-  const std::string content = read_text(file);
+  constexpr std::uintmax_t kMost = 1024 * files::kMiB;
+  const std::string content = files::read_text(file, kMost);
   std::string_view text = content;
-  if (text.starts_with("\x89MCAP"))
-    throw std::runtime_error(
-        file + ": an MCAP file: expected a trajectory CSV, as stillgrid_import makes");
-  if (text.starts_with("\x1f\x8b"))
-    throw std::runtime_error(file +
-                             ": compressed by gzip: expected a trajectory CSV, as gunzip makes");
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvRow row{file, 0, {}};

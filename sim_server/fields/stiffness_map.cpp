@@ -3,16 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
+#include <cstdint>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "shared/files/number_text.hpp"
+#include "shared/files/text_file.hpp"
 #include "sim_server/spheres/ball_tree.hpp"
 
 namespace stillgrid::fields {
@@ -72,8 +72,8 @@ double spacing_m(const spheres::BallTree& tree, std::span<const spheres::Ball> c
 }  // namespace
 
 std::vector<StiffnessPlace> read_stiffness_places(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read: " + std::strerror(errno));
+  constexpr std::uintmax_t kMost = 64 * files::kMiB;
+  std::istringstream in(files::read_text(file, kMost));
   std::vector<StiffnessPlace> places;
   bool has_header = false;
   std::string text;
@@ -87,7 +87,6 @@ std::vector<StiffnessPlace> read_stiffness_places(const std::filesystem::path& f
       throw std::runtime_error(file.string() + ":" + std::to_string(line) + ": expected at most " +
                                std::to_string(kMaxStiffnessPlaces) + " places");
   }
-  if (in.bad()) throw std::runtime_error(file.string() + ": could not be read to its end");
   if (places.empty()) throw std::runtime_error(file.string() + ": 0 places: expected one at least");
   return places;
 }

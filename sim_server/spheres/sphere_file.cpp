@@ -1,14 +1,16 @@
 #include "sim_server/spheres/sphere_file.hpp"
 
-#include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <limits>
+#include <ostream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "shared/files/text_file.hpp"
 #include "shared/files/whole_file.hpp"
 
 namespace stillgrid::spheres {
@@ -42,8 +44,8 @@ Ball parse_row(const std::string& text, const std::filesystem::path& file, int l
 }  // namespace
 
 std::vector<Ball> read_spheres(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read: " + std::strerror(errno));
+  constexpr std::uintmax_t kMost = 256 * files::kMiB;
+  std::istringstream in(files::read_text(file, kMost));
   std::vector<Ball> balls;
   bool has_header = false;
   std::string text;
@@ -55,7 +57,6 @@ std::vector<Ball> read_spheres(const std::filesystem::path& file) {
     if (has_header) balls.push_back(parse_row(text, file, line));
     has_header = true;
   }
-  if (in.bad()) throw std::runtime_error(file.string() + ": could not be read to its end");
   if (balls.empty()) throw std::runtime_error(file.string() + ": 0 spheres: expected one at least");
   return balls;
 }

@@ -1,14 +1,15 @@
 #include "shared/tools/scene_viewer/recorded_view.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
 #include "shared/files/number_text.hpp"
 #include "shared/files/old_names.hpp"
+#include "shared/files/text_file.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
@@ -16,6 +17,7 @@ namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr double kFramesPerSecond = 30.0;
+constexpr std::uintmax_t kMostBytes = 1024 * files::kMiB;
 constexpr double kLatest_s = 1e9;  // of a row; 30 years, in which nanoseconds can be counted
 
 /// Text at the separators, which are left out.
@@ -166,21 +168,13 @@ std::uint64_t frame_count(const std::vector<RecordedTick>& rows) {
 }  // namespace
 
 std::vector<RecordedTick> read_recording(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file))
-    throw std::runtime_error("--recording: " + file.string() + ": cannot be read");
+  std::istringstream in(files::read_text(file, kMostBytes));
   RecordingReader reader;
   std::vector<RecordedTick> rows;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line[0] == '#') continue;
-    if (line.starts_with("\x89MCAP"))
-      throw std::runtime_error("--recording: " + file.string() +
-                               ": an MCAP file: expected CSV, as stillgrid_import makes");
-    if (line.starts_with("\x1f\x8b"))
-      throw std::runtime_error("--recording: " + file.string() +
-                               ": compressed by gzip: expected CSV, as gunzip makes");
     const std::string fault = reader.take(line, rows);
     if (fault.empty()) continue;
     if (in.eof() && !rows.empty()) break;  // a line that was cut off

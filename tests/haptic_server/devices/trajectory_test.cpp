@@ -146,7 +146,7 @@ TEST_CASE("A header that lacks or repeats a column is refused by name", "[trajec
 
 TEST_CASE("A file that gzip has compressed is told so", "[trajectory]") {
   CHECK(refusal("\x1f\x8b\x08 of one line\n") ==
-        " compressed by gzip: expected a trajectory CSV, as gunzip makes");
+        " compressed by gzip: expected text, as gunzip makes");
 }
 
 TEST_CASE("A file that cannot be read is refused", "[trajectory]") {

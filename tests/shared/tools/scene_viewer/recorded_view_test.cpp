@@ -101,7 +101,7 @@ TEST_CASE("A recording that is none is refused by line, column and value", "[rec
   CHECK(names(refusal(kHead + "1e300,1,2,3,0,0,,\n"), "value '1e300': expected seconds from 0 to"));
   CHECK(names(refusal(kHead + "-1,1,2,3,0,0,,\n"), "value '-1': expected seconds from 0 to"));
   CHECK(names(refusal(kHead), "expected a row at least"));
-  CHECK(names(refusal("\x1f\x8b\x08"), "bad.csv: compressed by gzip: expected CSV"));
+  CHECK(names(refusal("\x1f\x8b\x08"), "bad.csv: compressed by gzip: expected text"));
   CHECK(names(refusal_line([&] { RecordedView{folder.path / "none.csv"}; }), "cannot be read"));
   CHECK(names(refusal_line([&] { RecordedView{folder.path}; }), "cannot be read"));
 }
