@@ -24,6 +24,17 @@ bool wait_for(Run& run, const publication::SceneView& scene,
   return result == publication::WaitResult::kReached;
 }
 
+/// Returns when a run without --duration ends: a period after the last snapshot once the simulation
+/// has promised never to publish again; else never.
+std::uint64_t end_of_simulation_ns(const publication::SceneView& scene) {
+  const proto::SegmentHeader& live = scene.reader().live();
+  const auto load = [](const std::uint64_t& word) {
+    return double_buffer::HardwareAtomics::load(word, std::memory_order_acquire);
+  };
+  if (load(live.lockstep_event_ns) != proto::kNever) return proto::kNever;
+  return load(live.heartbeat_ns) + scene.header().period_ns;
+}
+
 /// The ticks of lockstep: docs/protocol.md, "Lockstep". The device's calls are watched, the waits
 /// for a simulation are not: it may take its time, or be held in a debugger.
 TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
@@ -33,7 +44,8 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
       run.options.duration_s ? realtime::to_ns(*run.options.duration_s) : proto::kNever;
   TickEnd end = TickEnd::kGoOn;
   recording::TickRow row;
-  for (std::uint64_t now_ns = 0; now_ns < end_ns && end == TickEnd::kGoOn;
+  // The stop is read each tick: once the simulation has ended, no wait lasts long enough to see it.
+  for (std::uint64_t now_ns = 0; now_ns < end_ns && end == TickEnd::kGoOn && !run.stop;
        now_ns += run.period_ns) {
     if (!wait_for(run, scene, &Header::lockstep_sample_ns, now_ns)) break;
     run.watchdog.watch_call();
@@ -43,6 +55,7 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
     double_buffer::HardwareAtomics::store(own.lockstep_sample_ns, now_ns + run.period_ns,
                                           std::memory_order_release);
     if (!wait_for(run, scene, &Header::lockstep_event_ns, now_ns + 1)) break;
+    if (!run.options.duration_s && now_ns >= end_of_simulation_ns(scene)) break;
     run.watchdog.watch_call();
     end = run.loop.act(scene, true, now_ns, row);
     run.watchdog.rest();

@@ -67,7 +67,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "Print the devices that installed drivers see, or with --device those of that one, and what "
       "to give --device for each; then end");
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
-      ->check(command_line::number_in(10.0, 1e5));
+      ->check(command_line::number_in(10.0, 1e4));
   std::vector<std::string> names;
   std::string remarks;
   for (const display::TransitionLaw& law : display::transitions()) {
@@ -161,7 +161,8 @@ int run(Arguments& arguments, safety::GuardedState& guarded) {
   };
   arguments.options.ended = [&] {
     if (report.lost_rows > 0)
-      spdlog::warn("{} ticks are missing from the record", report.lost_rows);
+      spdlog::error("--record: {}: {} of {} ticks are missing", arguments.options.record.string(),
+                    report.lost_rows, report.ticks);
     if (arguments.realtime_guard) report.realtime_violations = realtime::realtime_violations();
     finish_report();
   };
@@ -190,6 +191,7 @@ int run(Arguments& arguments, safety::GuardedState& guarded) {
     spdlog::error("ended by signal {} ({})", number, ::strsignal(number));
     status = realtime::kSignalled + number;
   }
+  if (status == realtime::kDone && report.lost_rows > 0) status = realtime::kIncomplete;
   return status == realtime::kDone ? report_status : status;
 }
 
@@ -210,6 +212,7 @@ safety::GuardedProgram program_of(Arguments& arguments) {
   safety::GuardedProgram program;
   program.subject = "device '" + spec.plugin + "'";
   program.work = [&arguments](safety::GuardedState& guarded) {
+    realtime::share_stop(guarded.stop);
     command_line::prepare_daemon("haptic_server");
     realtime::install_rare_stop_signals();
     try {

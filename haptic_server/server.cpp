@@ -26,6 +26,15 @@ constexpr std::uint64_t kTellLoading_ns = 2'000'000'000;
 constexpr std::uint64_t kAskHands_ns = 100'000'000;
 constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
+/// "; another user has it: ...", where there is a session of that name; else empty.
+std::string other_owner(const std::string& session) {
+  const std::string ending = "/" + session;
+  for (const publication::SegmentFile& file : publication::list_segments())
+    if (file.kind == proto::SegmentKind::kScene && file.session.ends_with(ending))
+      return "; another user has it: expected --session " + file.session;
+  return "";
+}
+
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
 /// that its sim_server loads.
 const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
@@ -53,7 +62,7 @@ const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOpti
     }
     if (now_ns - alone_since_ns > kScenePatience_ns)
       throw publication::SegmentError("no sim_server in session '" + options.session +
-                                      "' after 10 s");
+                                      "' after 10 s" + other_owner(options.session));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return scene;
@@ -125,12 +134,11 @@ void finish_recording_soon(recording::Recorder* recorder, HapticReport& report) 
     report.lost_rows = lost_rows.get();
 }
 
-/// A run whose device was hardly ever believed has not run.
+/// Throws DeviceFault if more than half of the device's readings were not believed.
 void require_believed(const HapticReport& report) {
-  constexpr double kMax = 0.9;
   const std::uint64_t bad = report.flags[0];
   static_assert(safety::kFlagBadDevice == 1U);
-  if (bad == 0 || static_cast<double>(bad) < kMax * static_cast<double>(report.ticks)) return;
+  if (2 * bad <= report.ticks) return;
   throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
                     " of " + std::to_string(report.ticks) +
                     " ticks; expected readings as device_check asks for");
@@ -199,8 +207,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
       [] {
         if (device::Device* const device = open_device) device->emergency_stop();
       },
-      [&] { give_up("a call did not return in time"); },
-      [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
+      [&] { give_up("a call did not return in time"); }, [&guarded] { safety::beat(guarded); });
   watchdog.watch_call();
   DriverWatch driver(spec.plugin);
   device::Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});

@@ -24,6 +24,7 @@
 #include "sim_server/contact/start_warnings.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
+#include "sim_server/hand_path.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
@@ -142,15 +143,16 @@ void check(const Arguments& arguments, double period_s) {
                                                 std::to_string(period_s) + " s");
 }
 
-/// A start needs the file of a hand only where it chooses; a scene that is passed on should have
-/// it.
-void require_hand_file(const scene::SceneDescription& scene, const std::filesystem::path& file) {
+/// Throws std::runtime_error unless the path of the scene's hand can be played. A start reads it
+/// only where it chooses a rate.
+void require_hand(const scene::SceneDescription& scene, const std::filesystem::path& file) {
   if (!scene.hand) return;
-  const std::filesystem::file_status found = std::filesystem::status(scene.hand->file);
-  if (std::filesystem::exists(found) && !std::filesystem::is_directory(found)) return;
-  throw std::runtime_error(file.string() + ':' + std::to_string(scene.hand->line) +
-                           ": hand.file: value '" + scene.hand->file.string() +
-                           "': expected a file that is there");
+  try {
+    static_cast<void>(HandPath(scene.hand->file, scene.device));
+  } catch (const std::exception& refusal) {
+    throw std::runtime_error(file.string() + ':' + std::to_string(scene.hand->line) +
+                             ": hand.file: " + refusal.what());
+  }
 }
 
 /// Refuses what would not fit; says what is likely not meant.
@@ -218,6 +220,14 @@ int threads_of(const ServerOptions& options, const scene::Method& method,
   return std::clamp(processors - 1, 1, kMaxThreads);
 }
 
+/// Returns whether the results of a run are worth nothing. In real time a busy machine cuts steps
+/// short: there every step must have failed, elsewhere more than half.
+bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
+  const std::uint64_t failed = report.not_converged;
+  return clock == SimulationClock::kReal ? failed > 0 && failed == report.steps
+                                         : 2 * failed > report.steps;
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   // While it is held without a segment, haptic_server waits for the scene to be loaded.
@@ -253,7 +263,7 @@ int run(Arguments& arguments) {
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   if (arguments.check) {
-    require_hand_file(scene, arguments.scene);
+    require_hand(scene, arguments.scene);
     return print_summary(arguments, scene, world);
   }
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
@@ -293,9 +303,7 @@ int run(Arguments& arguments) {
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
-  // In real time the clock may have cut every step short, which is no fault of the method.
-  if (status == realtime::kDone && arguments.server.clock != SimulationClock::kReal &&
-      report.steps > 0 && report.not_converged == report.steps)
+  if (status == realtime::kDone && is_unconverged(report, arguments.server.clock))
     status = realtime::kNotConverged;
   if (report.out_of_budget > 0)
     spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -13,6 +11,7 @@
 #include <variant>
 
 #include "shared/files/json_file.hpp"
+#include "shared/files/text_file.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -30,8 +29,7 @@ std::string hash_of(const std::filesystem::path& file, const scene::SceneDescrip
     hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
   };
   const auto add_file = [&](const std::filesystem::path& one) {
-    std::ifstream stream(one, std::ios::binary);
-    for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
+    for (const char byte : files::read_text(one, 1024 * files::kMiB)) add(byte);
   };
   add_file(file);
   if (scene.choose_rate) add_file(scene.hand->file);
@@ -89,8 +87,7 @@ Json json_of(const RateTrial& trial) {
 class Record {
  public:
   explicit Record(const std::filesystem::path& file) : file_(file.string()) {
-    std::ifstream stream(file);
-    json_ = Json::parse(stream, nullptr, false);
+    json_ = Json::parse(files::read_text(file, 16 * files::kMiB), nullptr, false);
     if (!json_.is_object()) refuse("", "a record written by sim_server --choice");
   }
 

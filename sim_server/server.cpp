@@ -174,7 +174,9 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       writer.publish(simulation.snapshot(), times, prediction, simulation.field_records());
       count_snapshot(report, hand, times);
     }
-    session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
+    // A promise that the next one replaces at once would be seen by some hands only.
+    if (snapshot.state_ns <= end_ns)
+      session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
   }
   session.promise(&Header::lockstep_sample_ns, proto::kNever);
   session.promise(&Header::lockstep_event_ns, proto::kNever);

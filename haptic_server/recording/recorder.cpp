@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <chrono>
 #include <cstring>
@@ -37,11 +36,10 @@ std::string ending_of(const std::filesystem::path& file) {
 }  // namespace
 
 std::string name_complaint(const std::string& file) {
-  constexpr std::array kPacked = {".gz", ".bz2", ".xz", ".zst"};
-  if (!file.empty() && std::find(kPacked.begin(), kPacked.end(), ending_of(file)) == kPacked.end())
-    return {};
-  return "value '" + file +
-         "': expected FILE.csv, to be compressed after the run, or FILE.mcap, which is compressed";
+  const std::string ending = ending_of(file);
+  // Pipes and devices have none.
+  if (!file.empty() && (ending.empty() || ending == ".csv" || ending == ".mcap")) return {};
+  return "value '" + file + "': expected FILE.csv or FILE.mcap, which is compressed";
 }
 
 Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,

@@ -19,8 +19,11 @@
 #include <ctime>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <new>
 #include <optional>
+#include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -32,10 +35,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr timespec kPoll{0, 20'000'000};
+constexpr timespec kPoll{0, 20'000'000}, kBetweenKills{0, 1'000'000};
 /// A poll that took longer says nothing of the child: the guardian was not running either.
 constexpr auto kLongestPoll = milliseconds(60);
 constexpr auto kLongestCrash = milliseconds(100);
+constexpr auto kLongestKill = milliseconds(1000);
 constexpr auto kLongestSilence = milliseconds(2000);
 constexpr auto kLongestRelease = milliseconds(10'000);
 
@@ -43,10 +47,21 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
                   std::atomic<std::uint64_t>::is_always_lock_free,
               "shared between processes");
 
+bool is_stop(int signal) {
+  return signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
+}
+
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  ::sigaction(signal, nullptr, &action);
+  return action.sa_handler == SIG_IGN;
+}
+
 /// Everything that ends a program and may be waited for, and the end of a child.
 sigset_t awaited_signals() {
   sigset_t set;
   ::sigfillset(&set);
+  if (is_ignored(SIGHUP)) ::sigdelset(&set, SIGHUP);  // nohup
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP, SIGTSTP,
                            SIGTTIN, SIGTTOU, SIGCONT, SIGURG, SIGWINCH})
     ::sigdelset(&set, number);
@@ -108,7 +123,7 @@ struct End {
   const char* killed_for = nullptr;  // by the guardian
 };
 
-End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
+End outlive(pid_t child, GuardedState& state, const sigset_t& awaited) {
   End end;
   Patience patience;
   while (::waitpid(child, &end.status, WNOHANG) != child || WIFSTOPPED(end.status)) {
@@ -116,6 +131,7 @@ End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
     if (WIFSTOPPED(end.status))
       ::ptrace(PTRACE_DETACH, child, nullptr, WSTOPSIG(std::exchange(end.status, 0)));
     const int signal = ::sigtimedwait(&awaited, nullptr, &kPoll);
+    if (is_stop(signal)) state.stop = true;
     if (signal > 0 && signal != SIGCHLD) ::kill(child, signal);
     const char* const lost = patience.lost(state);
     if (lost == nullptr || end.killed_for != nullptr || is_traced(child)) continue;
@@ -123,6 +139,31 @@ End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
     ::kill(child, SIGKILL);
   }
   return end;
+}
+
+/// The child processes of this one: orphans that the driver left, as this one is their subreaper.
+std::set<pid_t> child_processes() {
+  const std::string self = std::to_string(::getpid());
+  std::ifstream file("/proc/" + self + "/task/" + self + "/children");
+  return {std::istream_iterator<pid_t>(file), {}};
+}
+
+/// Kills every child process but those of before; theirs come after them. Waits a second at most
+/// until they have ended, for a device opens once. Returns how many were running.
+std::size_t end_left_processes(const std::set<pid_t>& before) {
+  std::set<pid_t> killed;
+  for (const auto began = Clock::now(); Clock::now() - began < kLongestKill;) {
+    bool is_left = false;
+    for (const pid_t process : child_processes()) {
+      if (before.contains(process) || ::waitpid(process, nullptr, WNOHANG) == process) continue;
+      is_left = true;
+      ::kill(process, SIGKILL);
+      killed.insert(process);
+    }
+    if (!is_left) break;
+    static_cast<void>(::nanosleep(&kBetweenKills, nullptr));
+  }
+  return killed.size();
 }
 
 [[noreturn]] void release(const GuardedProgram& program, const std::function<void()>& way,
@@ -142,7 +183,7 @@ End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
 
 /// Whether one of the ways was gone to its end, in time.
 bool release_motors(const GuardedProgram& program, GuardedState& state, const sigset_t& awaited,
-                    const sigset_t& mask) {
+                    const sigset_t& mask, const std::set<pid_t>& before) {
   for (const auto& way : program.releases) {
     const pid_t child = fork_child(mask, SIGKILL);
     if (child == 0) release(program, way, state);
@@ -151,6 +192,7 @@ bool release_motors(const GuardedProgram& program, GuardedState& state, const si
       static_cast<void>(::sigtimedwait(&awaited, nullptr, &kPoll));  // no stop ends this
       if (state.is_released || Clock::now() - began > kLongestRelease) ::kill(child, SIGKILL);
     }
+    end_left_processes(before);
     if (state.is_released) return true;
   }
   return false;
@@ -191,13 +233,16 @@ void rise_above_loop() {
 }
 
 int guard(const GuardedProgram& program, pid_t child, GuardedState& state, const sigset_t& awaited,
-          const sigset_t& mask) {
+          const sigset_t& mask, const std::set<pid_t>& before) {
   rise_above_loop();
   const End end = outlive(child, state, awaited);
   const auto ended = Clock::now();
   std::string line = cause(end, state);
+  if (const std::size_t left = end_left_processes(before); left > 0)
+    line += (line.empty() ? "" : "; ") + std::to_string(left) +
+            " processes that its driver had left were killed";
   if (state.has_motors) {
-    const bool is_released = release_motors(program, state, awaited, mask);
+    const bool is_released = release_motors(program, state, awaited, mask, before);
     const auto later = std::chrono::duration_cast<milliseconds>(Clock::now() - ended).count();
     if (line.empty()) line = "its process left its motors on";
     line += is_released ? "; its motors were released " + std::to_string(later) + " ms later"
@@ -210,19 +255,28 @@ int guard(const GuardedProgram& program, pid_t child, GuardedState& state, const
 
 }  // namespace
 
+void beat(GuardedState& state) noexcept {
+  state.beats.fetch_add(1, std::memory_order_relaxed);
+  if (::getppid() != state.guardian) state.stop.store(true, std::memory_order_relaxed);
+}
+
 int run_guarded(const GuardedProgram& program) {
   GuardedState& state = shared_state();
   std::signal(SIGCHLD, SIG_DFL);
   const sigset_t awaited = awaited_signals();
   sigset_t mask;
   ::pthread_sigmask(SIG_BLOCK, &awaited, &mask);
+  const std::set<pid_t> before = child_processes();  // of a shell that exec'd this program
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  state.guardian = ::getpid();
   const pid_t child = fork_child(mask, SIGTERM);
   if (child == 0) {
     const int status = program.work(state);
     state.end_status = status;
     std::exit(status);
   }
-  const int status = guard(program, child, state, awaited, mask);
+  const int status = guard(program, child, state, awaited, mask, before);
+  ::prctl(PR_SET_CHILD_SUBREAPER, 0);
   ::munmap(&state, sizeof state);
   ::pthread_sigmask(SIG_SETMASK, &mask, nullptr);
   return status;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -20,7 +22,13 @@ struct GuardedState {
   std::atomic<bool> is_crashing = false;  // in its last emergency_stop, which may hang
   std::atomic<bool> is_released = false;  // by one of the ways of GuardedProgram
   std::atomic<int> end_status = kRuns;    // what it is about to end with, of its own will
+  std::atomic<bool> stop = false;         // set by SIGINT, SIGTERM and SIGHUP to either process
+  pid_t guardian = 0;
 };
+
+/// Counts a beat of the child's watchdog, and sets `stop` if the guardian is gone: a driver may
+/// have replaced the handler of the kernel's SIGTERM. Thread: any. Realtime: one system call.
+void beat(GuardedState& state) noexcept;
 
 /// A program in two processes: work, which holds the device and runs foreign code, and its
 /// guardian, which runs none and outlives it.
@@ -40,8 +48,11 @@ struct GuardedProgram {
 ///
 /// Returns work's status; kDeviceFault where that was 0 with motors on, where the child ended
 /// otherwise than by returning, and where it was killed here; 128 + n where signal n ended it.
-/// Signals that end a program are passed on to the child; it is told SIGTERM when the guardian
-/// itself dies. Before any thread. The child does not come back from this call.
+/// SIGINT, SIGTERM and SIGHUP set GuardedState::stop here, whatever handlers a driver installs in
+/// the child. Every signal that ends a program is also passed on to the child, which gets SIGTERM
+/// when the guardian itself dies. Processes that a driver leaves behind, its orphans included, are
+/// killed before the motors are released. Before any thread. The child does not come back from this
+/// call.
 ///
 /// Throws std::system_error if there is no process to be had.
 [[nodiscard]] int run_guarded(const GuardedProgram& program);

@@ -4,6 +4,7 @@ import io
 import numpy
 
 from endings import missing_package
+from limits import check_zip
 from table import Unusable, table_of_arrays
 
 
@@ -20,8 +21,12 @@ def one_line(error):
 
 def read_npy(file, data, within):
     try:
+        if data[:2] == b"PK":
+            check_zip(file, data)
         array = numpy.load(io.BytesIO(data), allow_pickle=False)
         arrays = dict(array) if isinstance(array, numpy.lib.npyio.NpzFile) else {"": array}
+    except Unusable:
+        raise
     except Exception as error:  # whatever its readers raise of bad bytes
         is_pickled = "allow_pickle" in str(error)
         reason = "pickled objects, which run code when they are read" if is_pickled else one_line(error)

@@ -2,11 +2,12 @@
 import multiprocessing
 import signal
 
+import limits
 from table import Unusable
 
 
 def call(file, reader, *arguments):
-    """What reader(file, *arguments) returns or refuses; a line where it crashes."""
+    """What reader(file, data, *more) returns or refuses; a line where it crashes or takes too much memory."""
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=answer, args=(theirs, reader, file, *arguments), daemon=True)
@@ -28,8 +29,12 @@ def answer(pipe, reader, file, *arguments):
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the caller ends it
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
+        limits.limit_memory(len(arguments[0]))
         answered = reader(file, *arguments)
     except Unusable as error:
         answered = error
+    except MemoryError:
+        answered = Unusable(f"{file}: cannot be read: unpacks to more: expected at most "
+                            f"{limits.room(len(arguments[0])) // limits.MIB} MiB")
     pipe.send(answered)
     pipe.close()

@@ -4,6 +4,7 @@ import struct
 import zlib
 
 from binary_tables import package
+from limits import room
 from table import Unusable
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -62,10 +63,10 @@ class Fields:
 
 
 def read(file, data):
-    found, schemas, channels, chunks = Recording(), {}, {}, 0
+    found, schemas, channels, chunks, left = Recording(), {}, {}, 0, room(len(data))
 
     def take(code, body):
-        nonlocal chunks
+        nonlocal chunks, left
         fields = Fields(body)
         if code == SCHEMA:
             number = fields.numbers("H")
@@ -85,7 +86,9 @@ def read(file, data):
             found.metadata[name] = fields.map()
         elif code == CHUNK:
             chunks += 1
-            for _, *part in records(chunk_of(file, body, chunks)):
+            content = chunk_of(file, body, chunks, left)
+            left -= len(content)
+            for _, *part in records(content):
                 take(*part)
 
     try:
@@ -121,24 +124,29 @@ def records(data, offset=0, may_be_cut=False):
         offset += 9 + size
 
 
-def chunk_of(file, body, number):
+def chunk_of(file, body, number, most):
+    """What a chunk holds: just as much as it states, and that no more than most."""
     fields = Fields(body)
     _, _, size, crc = fields.numbers("QQQI")
     name, packed = fields.text(), fields.bytes("Q")
-    if size > 2**32:
-        raise ValueError(f"chunk {number} of {size} bytes")
+    if size > most:
+        raise ValueError(f"chunk {number} states {size} bytes, {most} are left of what the file may unpack to")
     content = unpacked(file, number, name, packed, size)
+    if len(content) != size:
+        raise ValueError(f"chunk {number} states {size} bytes and holds {'more' if len(content) > size else 'fewer'}")
     check_crc(f"{file}: chunk {number}", content, crc)
     return content
 
 
 def unpacked(file, number, name, packed, size):
+    """Up to one byte more than the size: a frame may state more than its chunk does."""
     try:
         if name == "zstd":
             zstandard = package("zstandard", file, "MCAP packed by zstd", "python3-zstandard")
-            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
+            return zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1)
         if name == "lz4":
-            return package("lz4.frame", file, "MCAP packed by lz4", "python3-lz4").decompress(packed)
+            lz4 = package("lz4.frame", file, "MCAP packed by lz4", "python3-lz4")
+            return lz4.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
     except Unusable:
         raise
     except Exception as error:  # whatever the two raise of bad bytes

@@ -1,9 +1,9 @@
 """Finds out what a file is by its first bytes, whatever its name, and reads it."""
 import csv
-import gzip
 import zlib
 
 import isolated
+import limits
 from binary_tables import read_hdf5, read_mat5, read_npy
 from mcap_file import MAGIC
 from mcap_table import read_mcap
@@ -12,13 +12,10 @@ from text_table import read_text
 
 
 def read(file, within=None, delimiter=None):
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise Unusable(f"{file}: cannot be read: {error.strerror}") from None
+    data = limits.bytes_of(file)
     if data[:2] == b"\x1f\x8b":
         try:
-            data = gzip.decompress(data)
+            data = limits.gunzipped(file, data)
         except (OSError, EOFError, zlib.error) as error:
             raise Unusable(f"{file}: cannot be unpacked: {error}: expected a whole .gz") from None
     if data[:6] == b"\x93NUMPY" or data[:4] == b"PK\x03\x04":

@@ -181,6 +181,10 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
   reader.object_ = open_as_found(name);
   if (reader.object_.get() < 0 && errno == ENOENT) return std::nullopt;
   struct stat status {};
+  if (reader.object_.get() < 0 && errno == EACCES)
+    throw SegmentError(
+        "cannot open shared memory " + name +
+        ": Permission denied: expected its writer to have --group, a group of yours");
   if (reader.object_.get() < 0 || ::fstat(reader.object_.get(), &status) != 0)
     throw SegmentError("cannot open shared memory " + name + ": " + error_text(errno));
   if (!S_ISREG(status.st_mode)) refuse(name, "it is not a file");

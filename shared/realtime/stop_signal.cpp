@@ -5,19 +5,24 @@
 namespace stillgrid::realtime {
 namespace {
 
-std::atomic<bool> stop = false;
+std::atomic<bool> own_stop = false;
+std::atomic<bool>* stop = &own_stop;
 std::atomic<int> rare_signal = 0;
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
 
 }  // namespace
 
 const std::atomic<bool>& stop_requested() noexcept {
-  return stop;
+  return *stop;
+}
+
+void share_stop(std::atomic<bool>& shared) noexcept {
+  stop = &shared;
 }
 
 void install_stop_signal() {
   struct sigaction action {};
-  action.sa_handler = [](int) { stop.store(true, std::memory_order_relaxed); };
+  action.sa_handler = [](int) { stop->store(true, std::memory_order_relaxed); };
   ::sigemptyset(&action.sa_mask);
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
@@ -31,7 +36,7 @@ void install_rare_stop_signals() {
   action.sa_handler = [](int number) {
     int none = 0;
     rare_signal.compare_exchange_strong(none, number, std::memory_order_relaxed);
-    stop.store(true, std::memory_order_relaxed);
+    stop->store(true, std::memory_order_relaxed);
   };
   ::sigemptyset(&action.sa_mask);
   const auto heed = [&action](int number) {

@@ -51,6 +51,10 @@ struct TouchedField {
   double energy_share = 1.0;  // of its spring's energy, beside that of a force linear in depth
 };
 
+/// Spheres that a tick may look at in a grid, and rows of cells that each sphere of the tool may,
+/// whatever the segment says.
+inline constexpr std::uint32_t kMaxVisits = 8192;
+
 /// What a tick gathered, in memory of its own and of fixed size.
 struct TouchedSpheres {
   static constexpr std::size_t kCapacity = 512, kResponseCapacity = 128, kFieldCapacity = 256;
@@ -60,14 +64,24 @@ struct TouchedSpheres {
   std::size_t response_count = 0;
   std::array<TouchedField, kFieldCapacity> fields;
   std::size_t field_count = 0;
-  bool truncated = false;  // more was there than may be looked at or kept in a tick
+  std::uint32_t visits_left = kMaxVisits;  // of the tick, for all spheres of the tool
+  bool truncated = false;                  // more was there than may be looked at or kept in a tick
 
   [[nodiscard]] std::span<const TouchedSphere> all() const noexcept {
     return {spheres.data(), count};
   }
   void clear() noexcept {
     count = response_count = field_count = 0;
+    visits_left = kMaxVisits;
     truncated = false;
+  }
+  /// Counts a visit. Returns false, and notes the truncation, once no visit is left or the memory
+  /// is full.
+  [[nodiscard]] bool may_visit() noexcept {
+    const bool may = visits_left > 0 && count < kCapacity;
+    truncated = truncated || !may;
+    visits_left -= may ? 1 : 0;
+    return may;
   }
   [[nodiscard]] const display::ResponseMatrix& response_of(
       const TouchedSphere& sphere) const noexcept {
@@ -87,10 +101,6 @@ struct TouchedSpheres {
   /// A contact on the way is of one tick; shown in the next it would be where nothing is.
   void drop_swept() noexcept;
 };
-
-/// Covers and rows of cells that one sphere of the tool may look at in a grid, whatever the segment
-/// says.
-inline constexpr std::uint32_t kMaxVisits = 8192;
 
 /// Shifts of the bodies that the tool touched when a snapshot came; none of others.
 struct BodyShifts {

@@ -75,8 +75,10 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
     }
     const std::size_t first = touched.count;
     const bool was_truncated = touched.truncated;
+    const std::uint32_t visits_left = touched.visits_left;
     const bool is_cut =
-        lists.for_each_touch(way, kMaxVisits, [&](const collision::TouchEntry& entry) {
+        lists.for_each_touch(way, touched.visits_left, [&](const collision::TouchEntry& entry) {
+          if (!touched.may_visit()) return;
           if (const auto meeting = meeting_of(entry, probe)) add(touched, entry, *meeting, i);
         });
     if (!is_cut) continue;
@@ -84,6 +86,7 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
     // less.
     touched.count = first;
     touched.truncated = was_truncated;
+    touched.visits_left = visits_left;
     gather_by_grid(grid, tool, i, touched);
   }
 }

@@ -23,6 +23,10 @@ constexpr double kLongest_m = 10.0, kShortest_m = 1e-3;  // of a body
 constexpr double kFastest_m_s = 50.0;
 constexpr double kFarthest_m = 1000.0;  // floats are 60 um apart beyond
 constexpr double kDeep = 0.5;           // of the smaller radius
+constexpr double kHeaviest_kg = 50.0;
+constexpr double kLargestTool_m = 0.1;  // a radius, in lengths of the device
+constexpr double kSoftest_N_per_m = 1.0, kStiffest_N_per_m = 1e6;
+constexpr double kRoughest = 2.0;  // rubber on rubber: 1.2
 constexpr std::size_t kMaxLines = 10;
 
 [[gnu::format(printf, 1, 2)]] std::string print(const char* format, ...) {
@@ -74,10 +78,13 @@ class Warnings {
       : scene_(scene), file_(file) {}
 
   void add(int body, const std::string& what) {
-    ++count_;
-    if (!has_room()) return;
     const bodies::BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
-    lines_.push_back(file_ + ":" + std::to_string(of.line) + ": body '" + of.name + "': " + what);
+    add(print(":%u: body '%s'", of.line, of.name.c_str()), what);
+  }
+
+  void add(const std::string& subject, const std::string& what) {
+    ++count_;
+    if (has_room()) lines_.push_back(file_ + subject + ": " + what);
   }
 
   /// Whether a line more would be shown: what is only counted need not say what it is.
@@ -104,6 +111,8 @@ class Warnings {
 void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& world, int number,
                    const Shape& shape, Warnings& warnings) {
   const bodies::BodyDescription& body = scene.bodies[static_cast<std::size_t>(number)];
+  if (body.mass_kg > kHeaviest_kg)
+    warnings.add(number, print("mass_kg %.3g: no hand moves that: masses are in kg", body.mass_kg));
   if (speed_m_s(body) > kFastest_m_s)
     warnings.add(number, print("moves at %.3g m/s: speeds are in m/s", speed_m_s(body)));
   if (shape.highest_m.empty() && shape.centres_m.isEmpty()) return;
@@ -219,11 +228,37 @@ void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shap
   }
 }
 
+void warn_of_materials(const scene::SceneDescription& scene, Warnings& warnings) {
+  for (const scene::MaterialDescription& material : scene.materials) {
+    const std::string subject = print(": material '%s'", material.name.c_str());
+    const double stiffness_N_per_m = material.contact_stiffness_N_per_m;
+    if (stiffness_N_per_m < kSoftest_N_per_m || stiffness_N_per_m > kStiffest_N_per_m)
+      warnings.add(subject, print("contact_stiffness_N_per_m %.3g: devices render 10 to 10000 N/m",
+                                  stiffness_N_per_m));
+    if (material.friction > kRoughest)
+      warnings.add(subject,
+                   print("friction %.3g: a coefficient, of rubber 1.2", material.friction));
+  }
+}
+
+void warn_of_tools(const scene::SceneDescription& scene, Warnings& warnings) {
+  for (const scene::Hand& hand : scene::hands_of(scene)) {
+    double radius_m = 0.0;
+    for (const scene::ToolSphere& sphere : hand.tool)
+      radius_m = std::max(radius_m, sphere.radius_m);
+    if (radius_m > kLargestTool_m * hand.device.scale)
+      warnings.add(hand.name.empty() ? ": tool" : print(": hand '%s': tool", hand.name.c_str()),
+                   print("radius_m %.3g: larger than a hand: lengths are in m", radius_m));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
                                         const bodies::World& world, const std::string& file) {
   Warnings warnings(scene, file);
+  warn_of_tools(scene, warnings);
+  warn_of_materials(scene, warnings);
   const std::vector<Shape> shapes = shapes_of(world);
   for (std::size_t i = 0; i < shapes.size(); ++i)
     warn_of_shape(scene, world, static_cast<int>(i), shapes[i], warnings);

@@ -8,10 +8,11 @@
 
 namespace stillgrid::contact {
 
-/// What a scene says that is legal but seldom meant, a line each, `FILE:LINE: body 'NAME': ...`:
-/// bodies below a plane, deep overlaps at the start, covers with holes, sizes and speeds that no
-/// scene has that a hand feels, places where a snapshot's floats are coarse. Ten lines at most and
-/// how many more there are.
+/// Returns a line for each value that is legal but seldom meant, `FILE:LINE: body 'NAME': ...`:
+/// bodies below a plane, deep overlaps at the start, covers with holes, sizes, speeds and masses
+/// that no scene has that a hand feels, places where a snapshot's floats are coarse; without a line
+/// number materials and tools that no hand feels or holds. Ten lines at most and how many more
+/// there are.
 ///
 /// Finds the contacts of the start once: linear in the spheres. Pre: `world` is build_world(scene).
 [[nodiscard]] std::vector<std::string> start_warnings(const scene::SceneDescription& scene,

@@ -9,13 +9,14 @@
 #include <string>
 #include <utility>
 
+#include "shared/files/text_file.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_formats.hpp"
 
 namespace stillgrid::mesh {
 namespace {
 
-constexpr std::uintmax_t kMaxBytes = 512U << 20U;
+constexpr std::uintmax_t kMaxBytes = 512 * files::kMiB;
 
 using Reader = PolygonMesh (*)(std::string_view, const std::string&);
 
@@ -30,9 +31,14 @@ Reader reader_of(const std::filesystem::path& path) {
   throw MeshError(path.string() + ": is named like no mesh: expected .obj, .off, .stl or .ply");
 }
 
-/// The whole file, in pieces so that a stop is heeded; a pipe is read too, up to the limit.
+/// Reads a regular file in pieces, between which a stop is heeded.
 std::string bytes_of(const std::filesystem::path& path) {
   const std::string name = path.string();
+  try {
+    files::require_regular(path, kMaxBytes);
+  } catch (const std::runtime_error& refusal) {
+    throw MeshError(refusal.what());
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw MeshError(name + ": cannot be read: " + std::strerror(errno));
   constexpr std::size_t kPiece = 1U << 20U;
@@ -43,8 +49,6 @@ std::string bytes_of(const std::filesystem::path& path) {
     bytes.resize(before + kPiece);
     file.read(bytes.data() + before, kPiece);
     bytes.resize(before + static_cast<std::size_t>(file.gcount()));
-    if (bytes.size() > kMaxBytes)
-      throw MeshError(name + ": is larger than 512 MiB: expected a smaller mesh");
   }
   if (file.bad()) throw MeshError(name + ": could not be read to its end");
   return bytes;

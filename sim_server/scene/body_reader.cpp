@@ -122,9 +122,10 @@ void read_stiffness_scale(toml::TableReader& table, bodies::BodyDescription& bod
 
 bodies::BodyDescription read_body(toml::TableReader& table,
                                   std::span<const MaterialDescription> materials,
-                                  std::vector<std::string>& notes) {
+                                  double tool_radius_m, std::vector<std::string>& notes) {
   bodies::BodyDescription body;
   body.line = table.line();
+  body.tool_radius_m = tool_radius_m;
   body.name = table.name("name");
   const bodies::BodyKind& kind = read_kind(table);
   body.material = read_material(table, materials);

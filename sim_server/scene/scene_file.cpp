@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <unordered_set>
 #include <utility>
 #include <variant>
@@ -20,6 +17,7 @@
 #include "proto/distance_field.hpp"
 #include "proto/segment_header.hpp"
 #include "proto/tool_segment.hpp"
+#include "shared/files/text_file.hpp"
 #include "shared/publication/hands.hpp"
 #include "sim_server/bodies/kinds/mesh_fields.hpp"
 #include "sim_server/scene/body_reader.hpp"
@@ -41,15 +39,6 @@ constexpr double kLongestSettle_s = 600.0;
 constexpr double kDefaultToolRadius_m = 0.005;
 constexpr std::array<std::string_view, 10> kTables = {
     "format", "world", "simulation", "grid", "tool", "device", "hand", "material", "body", "joint"};
-
-std::optional<std::string> read_text(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  std::ostringstream text;
-  // An empty file writes nothing, and that sets the fail bit of the receiver only.
-  if (stream) text << stream.rdbuf();
-  if (!stream.is_open() || stream.bad()) return std::nullopt;
-  return text.str();
-}
 
 std::string line_of(const std::string& text, ::toml::source_index line) {
   std::istringstream lines(text);
@@ -248,12 +237,26 @@ void read_materials(toml::TableReader& document, SceneDescription& scene) {
   }
 }
 
+bodies::FieldScene field_scene_of(const SceneDescription& scene) {
+  bodies::FieldScene of{.least_tool_radius_m = std::numeric_limits<double>::infinity(),
+                        .period_s = scene.period_s};
+  for (const Hand& hand : hands_of(scene))
+    for (const ToolSphere& sphere : hand.tool) {
+      of.least_tool_radius_m = std::min(of.least_tool_radius_m, sphere.radius_m);
+      of.largest_tool_radius_m = std::max(of.largest_tool_radius_m, sphere.radius_m);
+    }
+  for (const MaterialDescription& material : scene.materials)
+    of.materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
+  return of;
+}
+
 void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
   std::size_t planes = 0, scaled = 0, fields = 0;
+  const double tool_radius_m = field_scene_of(scene).largest_tool_radius_m;
   for (toml::TableReader& table : document.tables("body")) {
     const bodies::BodyDescription& body =
-        scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
+        scene.bodies.emplace_back(read_body(table, scene.materials, tool_radius_m, scene.notes));
     take_name(table, body.name, names);
     if (std::holds_alternative<bodies::PlaneBody>(body.shape)) ++planes;
     if (planes > kMaxPlanes) {
@@ -293,19 +296,6 @@ void serve_meshes(bool names_integrator, bool names_solver, SceneDescription& sc
   if (!has_mesh || names_solver) return;
   scene.method.solver = SolverKind::kNewtonCg;
   if (!names_integrator) scene.method.integrator = IntegratorKind::kVelocityVerlet;
-}
-
-bodies::FieldScene field_scene_of(const SceneDescription& scene) {
-  bodies::FieldScene of{.least_tool_radius_m = std::numeric_limits<double>::infinity(),
-                        .period_s = scene.period_s};
-  for (const Hand& hand : hands_of(scene))
-    for (const ToolSphere& sphere : hand.tool) {
-      of.least_tool_radius_m = std::min(of.least_tool_radius_m, sphere.radius_m);
-      of.largest_tool_radius_m = std::max(of.largest_tool_radius_m, sphere.radius_m);
-    }
-  for (const MaterialDescription& material : scene.materials)
-    of.materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
-  return of;
 }
 
 void read_tables(toml::TableReader& document, const MethodTable& methods, const std::string& file,
@@ -349,14 +339,8 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
 }
 
 SceneDescription load_scene(const std::filesystem::path& path, const MethodTable& methods) {
-  const std::string file = path.string();
-  std::error_code ignored;
-  const bool is_folder = std::filesystem::is_directory(path, ignored);
-  const std::optional<std::string> text = is_folder ? std::nullopt : read_text(path);
-  if (!text)
-    throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"',
-                            is_folder ? "a file, found a folder" : "a file that can be read");
-  return read_scene(*text, path, methods);
+  constexpr std::uintmax_t kMost = 16 * files::kMiB;
+  return read_scene(files::read_text(path, kMost), path, methods);
 }
 
 void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path) {

@@ -21,17 +21,15 @@ struct LoopRun {
 
 /// The whole loop against a scene that stands still.
 LoopRun run_loop(const publication::StaticScene& fixed, const std::string& device_spec, int ticks,
-                 std::optional<double> passivity_mass_kg = std::nullopt) {
+                 const safety::SafetyOptions& limits = {}) {
   rendering::PublishedScene scene(fixed, {}, rendering::kMillisecond_ns);
   device::Device device(device::parse_device_spec(STILLGRID_PLUGIN_DIR "/" + device_spec),
                         {.period_ns = rendering::kMillisecond_ns, .is_virtual = true});
   device.activate();
   const std::string session = "loop-" + std::to_string(::getpid());
   publication::ToolWriter tool(session, rendering::kMillisecond_ns, proto::Clock::kVirtual, 0);
-  HapticLoop loop(
-      device, tool, rendering::make_renderer(display::Transition::kHold),
-      safety::safety_limits({.passivity_mass_kg = passivity_mass_kg}, device.descriptor()),
-      rendering::kMillisecond_ns);
+  HapticLoop loop(device, tool, rendering::make_renderer(display::Transition::kHold),
+                  safety::safety_limits(limits, device.descriptor()), rendering::kMillisecond_ns);
   LoopRun run;
   for (int tick = 0; tick < ticks; ++tick) {
     const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * rendering::kMillisecond_ns;
@@ -140,7 +138,8 @@ TEST_CASE("The report tells the energy of a wall that buzzes, and what the contr
   CHECK(off.report.energy.dissipated_by_control_J == 0.0);
   CHECK(damped_ticks(off) == 0);
 
-  const LoopRun on = run_loop(wall_scene(5000.0F), pushed_phantom(), 10'000, 0.1);
+  const LoopRun on =
+      run_loop(wall_scene(5000.0F), pushed_phantom(), 10'000, {.passivity_mass_kg = 0.1});
   CHECK(last_second_m(on) < 1e-5);
   CHECK(on.report.energy.most_given_J < 0.05 * off.report.energy.most_given_J);
   CHECK(on.report.energy.dissipated_by_control_J > 0.0);
@@ -157,7 +156,7 @@ TEST_CASE("Passivity control leaves a wall alone whose damper takes more than it
   const LoopRun off = run_loop(damped, device, 2000);
   REQUIRE(off.report.contact_ticks > 1000);
   REQUIRE(off.report.energy.most_given_J == 0.0);
-  const LoopRun on = run_loop(damped, device, 2000, 0.1);
+  const LoopRun on = run_loop(damped, device, 2000, {.passivity_mass_kg = 0.1});
   const auto same = [](const recording::TickRow& a, const recording::TickRow& b) {
     return a.force_N == b.force_N;
   };
@@ -166,7 +165,8 @@ TEST_CASE("Passivity control leaves a wall alone whose damper takes more than it
 }
 
 TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loop]") {
-  const LoopRun run = run_loop(wall_scene(5000.0F), pushed_phantom(), 2000, 1e6);
+  const LoopRun run =
+      run_loop(wall_scene(5000.0F), pushed_phantom(), 2000, {.passivity_mass_kg = 1e6});
   REQUIRE(damped_ticks(run) > 0);
   CHECK(run.report.force_max_N <= 40.0 * (1.0 + 1e-12));
   CHECK(run.report.flags[9] > 0);  // clamped
@@ -199,6 +199,29 @@ TEST_CASE("A lever is as long to the device as its own metres make it", "[haptic
   const recording::TickRow& last = run.rows.back();
   REQUIRE(last.force_N.z() > 0.1);
   CHECK(last.torque_N_m.y() == Approx(-0.1 / scale * last.force_N.z()).epsilon(1e-6));
+}
+
+TEST_CASE("Stiffness and speed are limited in the device's lengths", "[haptic_loop]") {
+  const double scale = GENERATE(0.5, 1.0, 4.0);
+  publication::StaticScene scene = wall_scene(1000.0F);
+  scene.device.scale = scale;
+  const devices::RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,-0.001\n10,0,0,-0.001\n");
+  const LoopRun governed = run_loop(scene, "replay.so:file=" + still.path(), 500,
+                                    {.max_stiffness_N_per_m = 500.0 * scale});
+  CHECK(governed.rows.back().force_N.z() == Approx(0.5 * 1000.0 * 0.001 * scale));
+
+  // Deep in the wall, then out of it at 0.5 m/s of the device.
+  const devices::RecordingFile out(
+      "t_s,x_m,y_m,z_m\n0,0,0,-0.01\n0.3,0,0,-0.01\n0.318,0,0,-0.001\n10,0,0,-0.001\n");
+  const auto speed_ticks = [&](double limit_m_s) {
+    const LoopRun run =
+        run_loop(scene, "replay.so:file=" + out.path(), 320, {.max_speed_m_s = limit_m_s});
+    return std::count_if(run.rows.begin(), run.rows.end(), [](const recording::TickRow& row) {
+      return (row.flags & safety::kFlagSpeed) != 0;
+    });
+  };
+  CHECK(speed_ticks(0.7) == 0);
+  CHECK(speed_ticks(0.4) > 0);
 }
 
 TEST_CASE("The work of the torque is counted where the device tells its orientation",

@@ -39,7 +39,7 @@ RELAY_FIGURES = ("relay_id", "connected", "clock_offset_ns", "clock_bound_ns", "
 
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")  # before a command: as another user
 
-DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  # exit status
+DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED, INCOMPLETE = 0, 1, 2, 3, 5, 6  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
 sys.path.append(str(ROOT / "scripts" / "gallery"))

@@ -125,6 +125,14 @@ class SessionFaultTest(daemons.SessionTest):
             safety = daemons.read_report(report)["safety"]
             self.assertEqual((safety["bad_device"], safety[reason]), (300, 300))
 
+    def test_a_run_whose_device_was_mostly_not_believed_is_a_device_fault(self):
+        for leaves_s, status in ((0.12, DEVICE_FAULT), (0.18, DONE)):
+            file = self.write("leaves.csv", f"time_s,x_m,y_m,z_m\n0,0,0,0\n{leaves_s},0,0,0\n"
+                                            f"{leaves_s + 0.001},0,0,20\n1,0,0,20\n")
+            self.sim_server("wall", "--lockstep", "--duration", 0.3)
+            hand = self.haptic_server(f"replay:file={file}", "--lockstep", "--duration", 0.3)
+            self.assertEqual(hand.wait(), status, hand.lines())
+
     def test_a_driver_that_changes_what_is_the_process_s_is_seen(self):
         self.sim_server("wall")
         driver = daemons.BUILD / "tests" / "shared" / "tools" / "hostile_drivers" / "hostile.so"

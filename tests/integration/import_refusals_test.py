@@ -5,7 +5,9 @@ import os
 import re
 import resource
 import signal
+import struct
 import subprocess
+import zipfile
 
 import numpy
 
@@ -37,6 +39,19 @@ class RefusalTest(imports.ImportTest):
         (self.folder / "cut.npz").write_bytes(b"PK\x03\x04 and no more")
         (self.folder / "cut.mcap").write_bytes(b"\x89MCAP0\r\n")
         (self.folder / "cut.mat").write_bytes(b"MATLAB 5.0 MAT-file".ljust(128) + b"\x0e\0\0\0\xff\xff")
+        with gzip.open(self.folder / "bomb.csv.gz", "wb", 1) as bomb:
+            for _ in range(513):
+                bomb.write(b"0,1,2,3\n" * (1 << 17))
+        with zipfile.ZipFile(self.folder / "bomb.npz", "w", zipfile.ZIP_DEFLATED, compresslevel=1) as bomb:
+            with bomb.open("a.npy", "w") as array:
+                for _ in range(513):
+                    array.write(bytes(1 << 20))
+        (self.folder / "liar.mcap").write_bytes(mcap([], "a", lambda inner: inner + b"!"))
+        sizes = []
+        chunk = mcap([], "a", lambda inner: sizes.append(len(inner)) or inner)
+        (self.folder / "claim.mcap").write_bytes(chunk.replace(struct.pack("<QQQ", 0, 0, sizes[0]),
+                                                               struct.pack("<QQQ", 0, 0, 10**9)))
+        os.mkfifo(self.folder / "pipe.csv")
         (self.folder / "cut.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(30))
         for file, options, words in (
                 ("none.csv", (), r"none\.csv: cannot be read: No such file"),
@@ -47,6 +62,12 @@ class RefusalTest(imports.ImportTest):
                 ("bag.bag", (), r"bag\.bag: a bag of ROS: expected one of ROS 2 as MCAP"),
                 ("pickled.npy", (), r"pickled\.npy: cannot be read: pickled objects"),
                 ("cut.npz", (), r"cut\.npz: cannot be read: "),
+                ("bomb.csv.gz", (), r"bomb\.csv\.gz: cannot be read: unpacks to more: expected at most 512 MiB"),
+                ("bomb.npz", (), r"bomb\.npz: cannot be read: unpacks to 513 MiB: expected at most 512 MiB"),
+                ("liar.mcap", (), r"liar\.mcap: cannot be read: chunk 1 states \d+ bytes and holds more"),
+                ("claim.mcap", (), r"claim\.mcap: cannot be read: chunk 1 states 1000000000 bytes, 536870912 are left"),
+                ("pipe.csv", (), r"pipe\.csv: cannot be read: expected a regular file"),
+                ("/dev/zero", (), r"/dev/zero: cannot be read: expected a regular file"),
                 ("cut.mcap", (), r"cut\.mcap: no message"),
                 ("cut.mat", (), r"cut\.mat: (cannot be read|MAT needs Python's scipy)"),
                 ("cut.h5", (), r"cut\.h5: (cannot be read|HDF5 needs Python's h5py)"),

@@ -47,6 +47,14 @@ class LaunchTest(daemons.SessionTest):
         self.assertGreater(daemons.read_report(self.folder / "sim.json")["steps"], 5)
         self.assertGreater(len(daemons.read_recording(recording)["time_s"]), 250)
 
+    def test_a_program_that_is_not_built_is_told_with_what_builds_it(self):
+        (self.folder / "bin").mkdir()
+        for name in ("sim_server", "haptic_server"):
+            (self.folder / "bin" / name).symlink_to("/bin/true")
+        launch = self.start(daemons.ROOT / "scripts" / "launch", "--build", self.folder, "wall", "--view")
+        self.assertEqual(launch.wait(), BAD_INPUT)
+        self.assertRegex("\n".join(launch.lines()), r"\Alaunch: no program \S*/bin/scene_viewer: run scripts/build demo_view,")
+
     def test_lockstep_runs_both_to_their_end(self):
         launch = self.launch("wall", "--duration", 2, "--lockstep", "--report-dir", self.folder)
         self.assertEqual(launch.wait(20.0), DONE, launch.lines())

@@ -49,6 +49,29 @@ class LockstepTest(daemons.SessionTest):
         sim_server.signal(signal.SIGCONT)
         self.assertEqual(haptic_server.stop(), daemons.DONE, haptic_server.lines())
 
+    def test_without_a_duration_it_ends_a_period_after_the_last_snapshot(self):
+        recordings = []
+        for latency in (0.0, 0.003):
+            for _ in range(2):
+                recordings.append(self.folder / f"{len(recordings)}.csv")
+                sim_server = self.sim_server("tissue_and_blocks", "--lockstep", "--rate", 250, "--duration", 0.2,
+                                             "--latency", latency)
+                haptic_server = self.haptic_server(PRESSING_HAND, "--lockstep", "--record", recordings[-1])
+                self.assertEqual(haptic_server.wait(), daemons.DONE, haptic_server.lines())
+                self.assertEqual(sim_server.wait(), daemons.DONE, sim_server.lines())
+            time_s = daemons.read_recording(recordings[-1])["time_s"]
+            self.assertAlmostEqual(time_s[-1], 0.2 + latency + 0.004 - 0.001)
+            self.assertEqual(recordings[-2].read_bytes(), recordings[-1].read_bytes())
+
+    def test_a_stop_ends_it_though_its_simulation_has_ended(self):
+        for end in (signal.SIGINT, signal.SIGTERM):
+            recording = self.folder / f"{end.name}.csv"
+            self.sim_server("wall", "--lockstep", "--duration", 0.1)
+            haptic_server = self.haptic_server("phantom", "--lockstep", "--duration", 1e8, "--record", recording)
+            self.wait_until(lambda: recording.exists() and recording.stat().st_size > 100_000, 10, "a recording")
+            haptic_server.signal(end)
+            self.assertEqual(haptic_server.wait(), daemons.DONE, haptic_server.lines())
+
     def test_a_jittery_slow_simulation_repeats_by_its_seed(self):
         def jittery(seed):
             return self.record(sim=("--rate", 33, "--jitter", 0.3, "--latency", 0.02, "--seed", seed))

@@ -146,7 +146,7 @@ class McapTest(daemons.SessionTest):
     def test_who_plays_csv_says_in_a_line_that_a_file_is_compressed(self):
         file = self.folder / "run.csv.gz"
         file.write_bytes(gzip.compress(self.run_lockstep("wall", PRESS, 0.1).read_bytes()))
-        self.assert_no_csv(file, ("run.csv.gz: compressed by gzip: expected a trajectory CSV, as gunzip makes",),
+        self.assert_no_csv(file, ("run.csv.gz: compressed by gzip: expected text, as gunzip makes",),
                            r"\A.*run\.csv\.gz: compressed by gzip: .* gunzip makes\Z",
                            r"run\.csv\.gz: compressed by gzip: .* gunzip run\.csv\.gz makes")
 

@@ -182,6 +182,31 @@ class BuildTest(TreeTest):
                              "build: .*build/release: cannot write there: expected a tree .*: git clone .*")
 
 
+class PackageTest(TreeTest):
+    def setUp(self):
+        super().setUp()
+        (self.root / "VERSION").write_text("1.2.3\n")
+        page = self.root / "shared/tools/scene_viewer/page"
+        page.mkdir(parents=True)
+        for name in ("package.json", "package-lock.json"):
+            (page / name).write_text("{}")
+        self.write(self.root / "scripts/setup", "#!/bin/bash\n")
+        for name, text in (("git", "true"), ("npm", "mkdir -p node_modules/three"),
+                           ("dpkg-parsechangelog", "echo 1.2.3-1")):
+            self.write(self.tools / name, f"#!/bin/bash\n{text}\n")
+
+    def test_a_step_that_fails_is_told_whichever_it_is(self):
+        for tool, words in (("npm", "npm could not fetch what .*package-lock.json names"),
+                            ("tar", "could not be built, log: .*build.log"), ("rm", ".*build/package/npm: could not be made")):
+            self.write(self.tools / tool, "#!/bin/bash\nexit 1\n")
+            run = self.run_script(self.root / "scripts/package")
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertRegex(run.stderr.splitlines()[-1], f"^package: {words}$")
+            (self.tools / tool).unlink()
+            if tool == "npm":
+                self.write(self.tools / tool, "#!/bin/bash\nmkdir -p node_modules/three\n")
+
+
 class PartsTest(unittest.TestCase):
     """CMake itself, in the place of packages that are missing what it calls disabled."""
     ABSENT = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON"

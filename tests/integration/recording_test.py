@@ -9,7 +9,7 @@ import unittest
 import numpy
 
 import daemons
-from daemons import BAD_INPUT, DONE, SKIPPED
+from daemons import BAD_INPUT, DONE, INCOMPLETE, SKIPPED
 from faults import call_log
 from faults.fault_run import DRIVER
 
@@ -120,19 +120,20 @@ class RecordingTest(daemons.SessionTest):
         for bytes_ in (30_000, 30_041):  # mostly in mid-row
             recording = self.folder / f"{bytes_}.csv"
             hand = self.limited(bytes_, "--record", recording, "--report", report, "--duration", 0.5)
-            self.assertEqual(hand.wait(), DONE, hand.lines())
+            self.assertEqual(hand.wait(), INCOMPLETE, hand.lines())
             figures = self.assert_sums_up(recording, report)
             self.assertGreater(figures["lost_rows"], 0)
             self.assertGreater(figures["force_N"]["max"], 0.0, "it went on to touch")
             self.assertRegex("\n".join(hand.lines()), "could not be written: File too large")
-            self.assertIn(f"{figures['lost_rows']} ticks are missing", hand.lines()[-1])
+            self.assertIn(f"{recording}: {figures['lost_rows']} of {figures['ticks']} ticks are missing",
+                          hand.lines()[-1])
 
     def test_a_full_disk_does_not_hold_up_lockstep(self):
         sim = self.sim_server("wall", "--lockstep", "--duration", 20)
         recording, report = self.folder / "recording.csv", self.folder / "haptic.json"
         hand = self.limited(50_000, "--record", recording, "--report", report, "--duration", 20,
                             "--lockstep")
-        self.assertEqual(hand.wait(), DONE, hand.lines())
+        self.assertEqual(hand.wait(), INCOMPLETE, hand.lines())
         self.assertEqual(sim.wait(), DONE, sim.lines())
         figures = self.assert_sums_up(recording, report)
         self.assertEqual(figures["ticks"], 20_000)

@@ -93,16 +93,17 @@ class SceneCheckTest(daemons.SessionTest):
     def test_a_scene_that_no_start_would_take_is_refused_in_one_line(self):
         text = SCENE.format(simulation="", nodes=6, height_m=0.1, mass="mass_kg")
         hand = text[:text.index("[[material]]")].count("\n") + 1
-        handless, folder = (
+        self.write("still.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n")  # no path has one row
+        handless, folder, still = (
             self.write(f"{name}.toml", text.replace("[[material]]", f'[hand]\nfile = "{file}"\n[[material]]'))
-            for name, file in (("handless", "none.csv"), ("folder", ".")))
+            for name, file in (("handless", "none.csv"), ("folder", "."), ("still", "still.csv")))
         misspelt = r"scene\.toml:18:1: body\.mass: value 0\.01: unknown key `mass`: did you mean `mass_kg`\? "
         for scene, words in ((self.scene(mass="mass"), misspelt + r"\(body 'thread'\)$"),
-                             (self.folder / "none.toml", r"none\.toml:1:1: file: "),
-                             (self.folder, r":1:1: file: value [^\n]*: expected a file, found a folder$"),
-                             (handless, rf"handless\.toml:{hand}: hand\.file: value '[^\n]*/none\.csv': "
-                                        "expected a file that is there$"),
-                             (folder, rf"folder\.toml:{hand}: hand\.file: value [^\n]*: expected a file that is there$")):
+                             (self.folder / "none.toml", r"none\.toml: cannot be read: No such file or directory$"),
+                             (self.folder, r": cannot be read: expected a regular file$"),
+                             (handless, rf"handless\.toml:{hand}: hand\.file: [^\n]*/none\.csv: cannot be read: No such file"),
+                             (folder, rf"folder\.toml:{hand}: hand\.file: [^\n]*: expected a regular file$"),
+                             (still, rf"still\.toml:{hand}: hand\.file: [^\n]*/still\.csv:2: column time_s: ")):
             checked = self.run_program(scene, "--check")
             self.assertEqual((checked.returncode, checked.stdout), (BAD_INPUT, ""))
             self.assertRegex(checked.stderr, "^sim_server: [^\n]*" + words)

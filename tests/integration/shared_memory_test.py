@@ -59,7 +59,10 @@ class SharedMemoryTest(daemons.SessionTest):
         hand = [*NOBODY, copy_for_others(self, "haptic_server") / "bin" / "haptic_server", "--session", f"root/{self.session}",
                 "--device", "phantom", "--duration", 0.3]
         sim = self.announced_sim_server()
-        self.assert_refused(self.start(*hand), COULD_NOT_START, "Permission denied")
+        self.assert_refused(self.start(*hand), COULD_NOT_START, "Permission denied: expected its writer to have --group")
+        without_user = [self.session if word == f"root/{self.session}" else word for word in hand]
+        self.assert_refused(self.start(*without_user), COULD_NOT_START,
+                            f"after 10 s; another user has it: expected --session 0/{self.session}", timeout_s=20.0)
         sim.stop()
         self.announced_sim_server("--group", "nogroup")
         daemon = self.start(*hand)

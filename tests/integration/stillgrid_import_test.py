@@ -226,6 +226,10 @@ class McapTest(imports.ImportTest):
 
     def test_mcap_comes_back_as_it_was_packed_or_not_and_up_to_where_it_was_cut_off(self):
         zstandard, lz4 = self.package("zstandard"), self.package("lz4.frame")
+        bomb = mcap([(0, {})], "/a", lambda inner: zstandard.ZstdCompressor().compress(inner + bytes(10**6)), "zstd")
+        (self.folder / "bomb.mcap").write_bytes(bomb)
+        self.refused(COULD_NOT_RUN, r"bomb\.mcap: cannot be read: chunk 1 states \d+ bytes and holds more",
+                     "bomb.mcap")
         packings = ((None, ""), (bytes, ""), (zstandard.ZstdCompressor().compress, "zstd"), (lz4.compress, "lz4"))
         for seed in SEEDS:
             hand = self.hand(seed)

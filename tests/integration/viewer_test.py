@@ -306,6 +306,8 @@ class Options(ViewerTest):
         odd = self.write("odd.json", '{"spheres": 1, "bodies": [{}]}')
         text = self.write("text.view", "no view")
         rows = self.write("rows.csv", "time_s,x_m,y_m,z_m\n0,1,2,three\n")
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
         for arguments, words in (
                 (("--hand", "left"), ("--hand", "--session")),
                 (("--save", "b.view"), ("--save", "--session")),
@@ -319,9 +321,12 @@ class Options(ViewerTest):
                 (("--open", text), ("text.view", "expected a view")),
                 (("--open", text, "--save", "b.view"), ("--save",)),
                 (("--open", self.folder / "none.view"), ("none.view", "No such file")),
+                (("--open", pipe), ("pipe", "expected a view")),
+                (("--recording", pipe), ("pipe", "expected a regular file")),
+                (("--recording", "/dev/zero"), ("/dev/zero", "expected a regular file")),
                 (("--recording", rows), ("rows.csv:2", "z_m", "three")),
                 (("--session", "a", "--surfaces", odd), ("odd.json", "bodies[0]")),
-                (("--session", "a", "--surfaces", self.folder), ("--surfaces", "cannot be read")),
+                (("--session", "a", "--surfaces", self.folder), (self.folder.name, "cannot be read")),
                 (("--session", "a", "--save", self.folder / "no" / "b.view"), ("--save", "b.view"))):
             result = subprocess.run([BUILD / "bin" / "scene_viewer", *map(str, arguments)],
                                     stdin=subprocess.DEVNULL, capture_output=True, text=True,

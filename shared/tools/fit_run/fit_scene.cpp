@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "shared/files/text_file.hpp"
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
@@ -112,13 +113,6 @@ void drop_contradicted(::toml::table& table, const std::string& key,
   if (key != "feel") drop({"tool_radius_m", "press_depth_m"});
 }
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
 }  // namespace
 
 std::filesystem::path find_scene(const std::string& name) {
@@ -179,7 +173,7 @@ scene::SceneDescription load_scene_with(const std::filesystem::path& file,
   if (settings.empty()) return scene::load_scene(file);
   std::string text;
   try {
-    text = with_settings(read_text(file), settings);
+    text = with_settings(files::read_text(file, 16 * files::kMiB), settings);
   } catch (const ::toml::parse_error&) {
     return scene::load_scene(file);  // refuses the file, and says where
   } catch (const toml::SceneError&) {

@@ -1,15 +1,14 @@
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "proto/safety_flag.hpp"
 #include "shared/files/json_number.hpp"
+#include "shared/files/text_file.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/tools/scene_viewer/checked_json.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
@@ -220,11 +219,9 @@ std::string status_message(const ViewStatus& status) {
 }
 
 Surfaces read_surfaces(const std::string& file) {
-  std::ifstream in(file);
+  constexpr std::uintmax_t kMost = 256 * files::kMiB;
   Surfaces surfaces;
-  const bool is_file = std::filesystem::is_regular_file(file);
-  if (is_file) surfaces.text.assign(std::istreambuf_iterator<char>(in), {});
-  if (!is_file || !in) throw std::runtime_error("--surfaces: " + file + ": cannot be read");
+  surfaces.text = files::read_text(file, kMost);
   const Json json = Json::parse(surfaces.text, nullptr, false);
   const std::string fault = fault_of(json);
   if (!fault.empty()) throw std::runtime_error("--surfaces: " + file + ": expected " + fault);

@@ -1,6 +1,7 @@
 #include "shared/tools/scene_viewer/view_file.hpp"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,6 +21,10 @@ struct RecordHead {
   ViewRecord kind;
   std::uint32_t bytes;
 };
+
+bool is_known(ViewRecord kind) {
+  return kind == ViewRecord::kScene || kind == ViewRecord::kFrame || kind == ViewRecord::kTicks;
+}
 
 [[noreturn]] void fail_to_write(const std::filesystem::path& path) {
   throw std::runtime_error("--save: " + path.string() +
@@ -69,7 +74,7 @@ void ViewWriter::add(std::span<const TickSample> samples) {
 }
 
 ViewReader::ViewReader(const std::filesystem::path& file)
-    : file_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+    : file_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   struct stat status {};
   if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0)
     throw std::runtime_error("--open: " + file.string() + ": " + publication::error_text(errno));
@@ -81,16 +86,19 @@ ViewReader::ViewReader(const std::filesystem::path& file)
     throw std::runtime_error("--open: " + file.string() +
                              ": expected a view that scene_viewer --save wrote, of version 2");
   RecordHead head{};
-  for (std::uint64_t offset = kHead.size(); read_all(file_.get(), &head, sizeof head, offset);
-       offset += sizeof head + head.bytes) {
+  std::uint64_t offset = kHead.size();
+  for (; read_all(file_.get(), &head, sizeof head, offset); offset += sizeof head + head.bytes) {
     Place place{.offset = offset + sizeof head, .bytes = head.bytes};
-    if (place.offset + place.bytes > size) break;
+    if (place.offset + place.bytes > size || !is_known(head.kind)) break;
     if (head.kind == ViewRecord::kScene) scenes_.push_back(place);
     if (head.kind == ViewRecord::kFrame) frames_.push_back(place);
     if (head.kind == ViewRecord::kTicks && head.bytes >= sizeof(TickSample) &&
         read_all(file_.get(), &place.first_tick, sizeof place.first_tick, place.offset))
       ticks_.push_back(place);
   }
+  if (offset < size)
+    spdlog::warn("--open: {}: damaged or cut off at byte {}: the {} bytes from there are not shown",
+                 file.string(), offset, size - offset);
 }
 
 std::optional<std::string> ViewReader::read(const Place& place) const {

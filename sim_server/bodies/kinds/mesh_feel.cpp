@@ -79,7 +79,7 @@ ScaledBalls read_felt_balls(toml::TableReader& spheres, bool is_soft,
 void note_feel(const std::vector<spheres::Ball>& balls, const mesh::TriangleMesh& mesh,
                double tolerance_m, const BodyDescription& body, std::vector<std::string>& notes) {
   try {
-    const spheres::Press press = spheres::make_press(mesh, 0.0, 0.0, tolerance_m);
+    const spheres::Press press = spheres::make_press(mesh, body.tool_radius_m, 0.0, tolerance_m);
     const spheres::Feel feel = spheres::feel_of(balls, mesh::MeshDistance(mesh), press);
     if (!spheres::is_worse_than_nearest_face(feel)) return;
     std::array<char, 60> tool{};

@@ -230,6 +230,19 @@ TEST_CASE("Above the speed limit a force resists and no longer drives", "[safety
   CHECK(force_at(-3.0) == Eigen::Vector3d(1.0, 1.0, 0.0));
 }
 
+TEST_CASE("The norm's limit holds for the force with the control's damping", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3, .passivity_mass_kg = 0.1});
+  SafetyInput input = push(3.0);
+  (void)tick(chain, input);
+  input.motion.moved_m = {0.01, 0.0, 0.0};  // gives the hand 30 mJ
+  (void)tick(chain, input);
+  input.motion.moved_m = {0.0, -1e-4, 0.0};  // 0.1 m/s, which 10 N stop in a tick
+  const Commanded commanded = tick(chain, input);
+  CHECK(commanded.wrench.force_N.norm() == Approx(3.3));
+  CHECK(commanded.wrench.force_N.y() > 1.0);
+  CHECK((commanded.flags & kFlagClamped) != 0);
+}
+
 TEST_CASE("Energy is booked of what was told, not of what was rendered", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 1.0});
   SafetyInput input = push(50.0);

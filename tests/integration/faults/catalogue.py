@@ -6,10 +6,10 @@ import numpy
 import daemons
 from faults import shared_words
 from faults.fault_run import Fault
-from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
+from faults.injections import (after_trigger, fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
                                signal_hand, signal_sim, signal_worker, spoil_modes, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
-                               truncate, unlink)
+                               trigger, truncate, unlink)
 
 _SCENE = """format = 2
 [world]
@@ -60,6 +60,7 @@ WATCHDOG = 111.0  # without a tick, and its polls
 STOP_HANGS = WATCHDOG + 300.0 + 150.0  # that is waited for; and for the one of the release
 RELEASE = 50.0  # by a process that opens the device anew
 CRASH_HANGS = 100.0 + 100.0 + RELEASE
+PARENT_IS_GONE = 10.0  # as the watchdog's poll finds
 SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
 RELEASE_IS_LATE = 2000.0  # by processes and threads that end, begin and have no priority
@@ -186,6 +187,8 @@ DRIVER = leaving("read") + leaving("write") + [
           "fault=read_ends+deactivate_exits_at_once", **{**LEFT_ON, "leaves_report": False}),
     Fault("driver", "the recording ends, deactivate crashes",
           "fault=read_ends+deactivate_crashes", **crashed(signal.SIGSEGV)),
+    Fault("driver", "read forks, and its parent calls _exit", "fault=read_forks", inject=trigger,
+          **{**RELEASED, "says": "processes that its driver had left were killed"}),
 ]
 
 SIMULATION = [
@@ -265,7 +268,8 @@ CLOCK = [
 ]
 
 OTHERS = [
-    Fault("disk", "recording's disk is full", inject=fill_disk, says="could not be written"),
+    Fault("disk", "recording's disk is full", inject=fill_disk, says="could not be written",
+          status=daemons.INCOMPLETE),
     Fault("disk", "recording is removed", inject=remove_recording),
     Fault("operator", "Ctrl-C", inject=signal_hand(signal.SIGINT), **ENDED),
     Fault("operator", "SIGTERM", inject=signal_hand(signal.SIGTERM), **ENDED),
@@ -300,6 +304,12 @@ SIGNALS = [
       for number in (signal.SIGSEGV, signal.SIGABRT)),
     Fault("signal", "SIGKILL to the guardian", inject=kill_guardian, **ENDED,
           status=-signal.SIGKILL),
+    *(Fault("signal", f"{number.name}, whose handler the driver has replaced",
+            "fault=read_takes_signals", inject=after_trigger(signal_hand(number)), **ENDED)
+      for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)),
+    Fault("signal", "SIGKILL to the guardian, SIGTERM's handler replaced",
+          "fault=read_takes_signals", inject=after_trigger(kill_guardian),
+          **{**ENDED, "zero_ms": FADE + PARENT_IS_GONE}, status=-signal.SIGKILL),
 ]
 
 FAULTS = DEVICE + DRIVER + SIMULATION + MEMORY + CLOCK + OTHERS + SIGNALS

@@ -139,9 +139,23 @@ def signal_worker(number):
     return inject
 
 
+def trigger(run):
+    run.begin()
+    run.log.trigger()
+
+
 def kill_guardian(run):
     run.begin()
     run.hand.process.kill()
+
+
+def after_trigger(inject):
+    """The driver does its part first."""
+    def both(run):
+        run.log.trigger()
+        time.sleep(0.1)
+        inject(run)
+    return both
 
 
 def kill_hand_and_start_again(run):

@@ -120,5 +120,34 @@ TEST_CASE("More static spheres than a tick may keep are told to be more", "[touc
   CHECK(touched.truncated);
 }
 
+TEST_CASE("Visits are bounded for all spheres of the tool together, and end with the memory",
+          "[touched_statics]") {
+  publication::StaticScene fixed = plain_scene(1.0F, 0.05F);
+  fixed.tool.assign(proto::kMaxToolSpheres, fixed.tool.at(0));
+  for (int i = 0; i < 15625; ++i)
+    fixed.spheres.push_back(collision::static_sphere(
+        {4e-3F * static_cast<float>(i % 25 - 12), 4e-3F * static_cast<float>(i / 25 % 25 - 12),
+         4e-3F * static_cast<float>(i / 625 - 12)},
+        2e-3F));
+  const PublishedScene scene(fixed, {}, 33'000'000);
+  ToolSpheres spheres;
+  const auto tool = place_tool(scene.view().scene(), {}, spheres);
+  TouchedSpheres touched;
+  const auto visits = [&] { return kMaxVisits - touched.visits_left; };
+  gather_touched(scene.view().static_grid(), held_snapshot(0), tool, touched);
+  CHECK(touched.truncated);
+  CHECK(visits() < 2 * TouchedSpheres::kCapacity);  // it is full
+  touched.clear();
+  gather_statics(scene.view().touch_lists(), scene.view().static_grid(), tool, touched);
+  CHECK(touched.truncated);
+  CHECK(visits() < 2 * TouchedSpheres::kCapacity);
+  touched.clear();
+  touched.visits_left = 100;
+  gather_touched(scene.view().static_grid(), held_snapshot(0), tool, touched);
+  CHECK(touched.truncated);
+  CHECK(touched.visits_left == 0);
+  CHECK(touched.count <= 100);
+}
+
 }  // namespace
 }  // namespace stillgrid::rendering::touched_statics_test

@@ -88,6 +88,34 @@ TEST_CASE("A cover that another sphere passes through is named", "[start_warning
   CHECK(warnings_of({box({}), sim_server::sphere({0.2, 0, 0}, 0.004, 0.1)}).empty());
 }
 
+TEST_CASE("A mass that no hand moves is named", "[start_warnings]") {
+  check_one(warnings_of({sim_server::sphere({0, 0, 0}, 0.1, 100.0)}), "1", "mass_kg 100: ");
+  CHECK(warnings_of({sim_server::sphere({0, 0, 0}, 0.1, 50.0)}).empty());
+}
+
+TEST_CASE("Materials and tools that no hand feels or holds are named", "[start_warnings]") {
+  const auto said = [](double stiffness_N_per_m, double friction, double tool_m, double scale) {
+    scene::SceneDescription scene = sim_server::scene_of(
+        {sim_server::floor_at(0.0)}, sim_server::material_of(stiffness_N_per_m));
+    scene.materials[0].friction = friction;
+    scene.tool = {{Eigen::Vector3d::Zero(), tool_m}};
+    scene.device.scale = scale;
+    std::string lines;
+    for (const std::string& line : start_warnings(scene, scene::build_world(scene), "s.toml"))
+      lines += line.substr(0, line.find(": ", line.find(": ") + 2)) + "\n";
+    return lines;
+  };
+  const std::string material = "s.toml: material 'test'\n", tool = "s.toml: tool\n";
+  CHECK(said(1.0, 2.0, 0.1, 1.0).empty());
+  CHECK(said(1e6, 0.0, 0.1, 1.0).empty());
+  CHECK(said(0.5, 0.0, 0.005, 1.0) == material);
+  CHECK(said(1e7, 0.0, 0.005, 1.0) == material);
+  CHECK(said(100.0, 30.0, 0.005, 1.0) == material);
+  CHECK(said(100.0, 0.0, 5.0, 1.0) == tool);
+  CHECK(said(100.0, 0.0, 5.0, 100.0).empty());  // a world a hundred times as large
+  CHECK(said(1e7, 30.0, 5.0, 1.0) == tool + material + material);
+}
+
 TEST_CASE("Ten lines are said at most, and how many more there are", "[start_warnings]") {
   std::vector<bodies::BodyDescription> bodies;
   for (int i = 0; i < 25; ++i)

@@ -283,9 +283,9 @@ TEST_CASE("More than 64 materials or 16 tool spheres are refused", "[scene_file]
 
 TEST_CASE("A file that cannot be read is refused by name", "[scene_file]") {
   CHECK_THROWS_WITH(load_scene("/nowhere/at all.toml"),
-                    "/nowhere/at all.toml:1:1: file: value \"/nowhere/at all.toml\": expected a "
-                    "file that can be read");
-  CHECK_THROWS_AS(load_scene(std::filesystem::temp_directory_path()), toml::SceneError);
+                    "/nowhere/at all.toml: cannot be read: No such file or directory");
+  CHECK_THROWS_WITH(load_scene(std::filesystem::temp_directory_path()),
+                    Catch::Contains("expected a regular file"));
 }
 
 TEST_CASE("A refusal is one line whatever the file holds", "[scene_file]") {

@@ -130,9 +130,9 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
   CHECK(refusal(kSurfaces, "\"bodies\"", "\"names\": [\"a\"], \"bodies\"").empty());
   CHECK(refusal(kSurfaces, "17", "17").empty());
   CHECK(refusal_line([&] { static_cast<void>(read_surfaces("/nowhere.json")); }) ==
-        "--surfaces: /nowhere.json: cannot be read");
+        "/nowhere.json: cannot be read: No such file or directory");
   CHECK(refusal_line([&] { static_cast<void>(read_surfaces(folder.path)); }) ==
-        "--surfaces: " + folder.path.string() + ": cannot be read");
+        folder.path.string() + ": cannot be read: expected a regular file");
 }
 
 TEST_CASE("Whatever a writer published, its scene can be kept and opened again",
