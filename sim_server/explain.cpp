@@ -88,8 +88,8 @@ std::string explain(const dynamics::MethodChoice& choice, const scene::SceneDesc
       load.spring_rad_s, load.contact_rad_s, 1e3 * dynamics::stable_step_s(load),
       1e3 * scene.period_s, 1e3 * scene.error_target_m, choice.simulated_s,
       scene::describe(choice.reference).c_str(), 1e3 * choice.error_floor_m);
-  text += print("  %-28s%10s%10s\n  %-28s%10s%10s\n", "method", "cost", "error", "", "ms a step",
-                "mm");
+  text +=
+      print("  %-28s%10s%10s\n  %-28s%10s%10s\n", "method", "cost", "error", "", "ms a step", "mm");
   for (const dynamics::MethodTrial& trial : choice.trials) text += row(trial);
   text += "\nchosen: " + scene::describe(choice.method) + "; costs are counts, not times\n";
   if (!choice.keeps_rate) text += "no method keeps the rate with room to spare\n";

@@ -15,7 +15,8 @@ struct ChoiceFiles {
 
 /// Chooses the method and the rate that the scene leaves open, within seconds, and logs them. A
 /// rate depends on a clock, so it is read from the record if there is one, and in virtual time it
-/// must be. world: build_world(scene). Throws std::runtime_error, one line; RecordError; SegmentError.
+/// must be. world: build_world(scene). Throws std::runtime_error, one line; RecordError;
+/// SegmentError.
 void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
                     const ChoiceFiles& files, bool is_virtual);
 

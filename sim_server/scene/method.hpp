@@ -30,7 +30,7 @@ struct IntegratorKind {
 
   static const IntegratorKind kVelocityVerlet;
   static const IntegratorKind kImplicitEuler;  // by Newton's method with conjugate gradients
-  static const IntegratorKind kCvodeBdf;  // SUNDIALS: variable order and step; the reference
+  static const IntegratorKind kCvodeBdf;       // SUNDIALS: variable order and step; the reference
 
   friend constexpr bool operator==(const IntegratorKind& a, const IntegratorKind& b) {
     return a.name == b.name;
@@ -45,9 +45,8 @@ inline constexpr IntegratorKind IntegratorKind::kCvodeBdf{"cvode_bdf",
 
 using Integrators = std::span<const IntegratorKind>;
 /// The integrators that a scene file may name; the laboratory adds one that is measured beside.
-inline constexpr std::array kIntegrators = {IntegratorKind::kVelocityVerlet,
-                                            IntegratorKind::kImplicitEuler,
-                                            IntegratorKind::kCvodeBdf};
+inline constexpr std::array kIntegrators = {
+    IntegratorKind::kVelocityVerlet, IntegratorKind::kImplicitEuler, IntegratorKind::kCvodeBdf};
 
 /// How a scene is integrated.
 struct Method {

@@ -29,9 +29,9 @@ double loose_tolerance_m_s(double step_s) {
 Curve implicit_curve(const scene::IntegratorKind& integrator) {
   Curve curve;
   for (const double step_s : {0.05, 0.025, 0.01, 0.005, 0.0025, 0.001, 0.0005, 0.00025, 0.0001})
-    curve.push_back({std::string(scene::name_of(integrator)), "", "step_s", step_s, step_s,
-                     scene::Method{.integrator = integrator,
-                                   .tolerance_m_s = loose_tolerance_m_s(step_s)}});
+    curve.push_back(
+        {std::string(scene::name_of(integrator)), "", "step_s", step_s, step_s,
+         scene::Method{.integrator = integrator, .tolerance_m_s = loose_tolerance_m_s(step_s)}});
   return curve;
 }
 

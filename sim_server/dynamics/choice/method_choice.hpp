@@ -24,12 +24,12 @@ struct MethodChoice {
   SceneLoad load;
   scene::Method method;
   std::vector<MethodTrial> trials;
-  scene::Method reference;     // whose positions the errors are measured against
-  double simulated_s = 0.0;    // of each trial
-  double error_floor_m = 0.0;  // of the reference; smaller errors do not rank methods
-  bool keeps_rate = false;     // a step costs less than kRateShare of the period
-  bool meets_target = false;   // its error; false also where the floor is higher than the target
-  double haptic_ms = 0.0;      // cost of a step of 1 ms by velocity_verlet
+  scene::Method reference;        // whose positions the errors are measured against
+  double simulated_s = 0.0;       // of each trial
+  double error_floor_m = 0.0;     // of the reference; smaller errors do not rank methods
+  bool keeps_rate = false;        // a step costs less than kRateShare of the period
+  bool meets_target = false;      // its error; false also where the floor is higher than the target
+  double haptic_ms = 0.0;         // cost of a step of 1 ms by velocity_verlet
   bool fits_haptic_rate = false;  // that is less than kHapticShare
 };
 

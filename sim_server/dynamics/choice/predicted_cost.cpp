@@ -13,7 +13,7 @@ namespace {
 
 // Costs of one operation, ns.
 constexpr double kSheetSpringForce = 1.3, kSpringForce = 5.8, kNodeStep = 2.0;
-constexpr double kContactForce = 50.0, kJointForce = 60.0, kRigidStep = 100.0;
+constexpr double kContactForce = 300.0, kJointForce = 60.0, kRigidStep = 100.0;
 constexpr double kDetection = 60.0;  // a moving sphere in a step
 constexpr double kContactJacobian = 1000.0;
 constexpr double kSpringProduct = 3.5, kContactProduct = 100.0;
@@ -71,25 +71,23 @@ double stable_step_s(const SceneLoad& load) {
 
 int stable_substeps(const SceneLoad& load, double step_s) {
   constexpr double kSpare = 1.1, kMax = 1e9;
-  return static_cast<int>(
-      std::clamp(std::ceil(kSpare * step_s / stable_step_s(load)), 1.0, kMax));
+  return static_cast<int>(std::clamp(std::ceil(kSpare * step_s / stable_step_s(load)), 1.0, kMax));
 }
 
 double cost_ms(const SceneLoad& load, const scene::Method& method, const StepWork& work) {
-  const double springs_ns = kSheetSpringForce * load.sheet_springs +
-                            kSpringForce * (load.springs - load.sheet_springs);
+  const double springs_ns =
+      kSheetSpringForce * load.sheet_springs + kSpringForce * (load.springs - load.sheet_springs);
   const double detection_ns = work.parts * kDetection * load.spheres;
   if (scene::is_explicit(method.integrator))
-    return 1e-6 * (detection_ns + work.iterations * (springs_ns + kNodeStep * load.nodes +
-                                                     kContactForce * work.contacts +
-                                                     kJointForce * load.joints +
-                                                     kRigidStep * load.rigid_bodies));
+    return 1e-6 *
+           (detection_ns +
+            work.iterations * (springs_ns + kNodeStep * load.nodes + kContactForce * work.contacts +
+                               kJointForce * load.joints + kRigidStep * load.rigid_bodies));
   // A joint resists as a contact that touches does.
   const double rest = work.contacts + load.joints;
-  return 1e-6 *
-         (detection_ns +
-          work.iterations * (kSpringLinearised * load.springs + kContactJacobian * rest) +
-          work.products * (kSpringProduct * load.springs + kContactProduct * rest));
+  return 1e-6 * (detection_ns +
+                 work.iterations * (kSpringLinearised * load.springs + kContactJacobian * rest) +
+                 work.products * (kSpringProduct * load.springs + kContactProduct * rest));
 }
 
 }  // namespace stillgrid::dynamics

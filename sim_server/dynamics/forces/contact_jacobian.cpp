@@ -98,8 +98,7 @@ void add_diagonal(const ContactSide& pushed, const Response& response, const Eig
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(pushed.node_count); ++i)
     if (row == pushed.unknowns[i])
-      blocks.middleCols<3>(row) +=
-          factor * pushed.sign * pushed.weights[i] * response.topRows<3>();
+      blocks.middleCols<3>(row) += factor * pushed.sign * pushed.weights[i] * response.topRows<3>();
 }
 
 }  // namespace

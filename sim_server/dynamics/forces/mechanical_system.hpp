@@ -81,8 +81,9 @@ class MechanicalSystem {
   [[nodiscard]] double energy_J();
 
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
-  /// change by stage_s and 1 a unit of u: computes the Jacobian of an implicit stage as an operator,
-  /// for multiply() and block_diagonal(). Contacts' dampers act over stage_s, which is not zero.
+  /// change by stage_s and 1 a unit of u: computes the Jacobian of an implicit stage as an
+  /// operator, for multiply() and block_diagonal(). Contacts' dampers act over stage_s, which is
+  /// not zero.
   void linearise(JacobianKind kind, double stage_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }

@@ -89,8 +89,8 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
     }
     drift(world, due_s);
     due_s = substep_s;
-    const ContactSolve solve = substep(world, (report.iterations + 0.5) * substep_s,
-                                       substep_s, duration_s, budget);
+    const ContactSolve solve =
+        substep(world, (report.iterations + 0.5) * substep_s, substep_s, duration_s, budget);
     if (solve.converged) continue;
     report.converged = false;
     if (may_halve || solve.late) break;

@@ -50,8 +50,7 @@ void ImplicitIntegrator::take(const bodies::World& world,
 }
 
 /// The step ends where the system is placed: the trial, and what the memories become.
-void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts,
-                                  double duration_s) {
+void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts, double duration_s) {
   system_.stretches(duration_s, ended_m_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const std::uint32_t contact = memories_.places()[i].contact;

@@ -108,7 +108,8 @@ TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]
       {sim_server::moving(sim_server::sphere({0, 0, 0.0501}, 0.05, 0.1), {0, 0, -1.0}),
        sim_server::floor_at(0.0)},
       sim_server::material_of(1000.0, 4.0)));
-  const Balance balance = balance_of(ball, 0.001, 60, explicit_method(scene::IntegratorKind::kVelocityVerlet, 100));
+  const Balance balance =
+      balance_of(ball, 0.001, 60, explicit_method(scene::IntegratorKind::kVelocityVerlet, 100));
   CHECK(balance.lost_J > 0.2 * 0.05);  // of 0.1 kg at 1 m/s
   CHECK(balance.given_J == 0.0);
   CHECK(std::abs(balance.error_J()) < 2e-3 * balance.lost_J);

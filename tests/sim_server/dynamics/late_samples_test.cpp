@@ -55,8 +55,8 @@ double speed_m_s(const Simulation& simulation) {
 
 TEST_CASE("An implicit step is led on to a sample that came while it was solved",
           "[late_samples]") {
-  const scene::Method method = GENERATE(implicit(scene::IntegratorKind::kImplicitEuler),
-                                        implicit(laboratory::kBroyden));
+  const scene::Method method =
+      GENERATE(implicit(scene::IntegratorKind::kImplicitEuler), implicit(laboratory::kBroyden));
   Simulation late(pushed_ball(method)), early(pushed_ball(method)),
       low_latency(pushed_ball(method));
   std::uint64_t time_ns = 1;
@@ -130,8 +130,7 @@ TEST_CASE("A sample that is no later changes nothing, to the bit", "[late_sample
 
 TEST_CASE("Without iterations left for a correction the step stands as it was solved",
           "[late_samples]") {
-  const scene::Method method =
-      implicit(scene::IntegratorKind::kImplicitEuler);
+  const scene::Method method = implicit(scene::IntegratorKind::kImplicitEuler);
   Simulation cut(pushed_ball(method)), plain(pushed_ball(method));
   const ToolSample first = sample_at(1, -0.017), second = sample_at(2, -0.015);
   const StepReport whole = step_with(plain, {first});
@@ -151,8 +150,7 @@ TEST_CASE("Without iterations left for a correction the step stands as it was so
 }
 
 TEST_CASE("A later sample beyond a body does not take the tool through it", "[late_samples]") {
-  Simulation simulation(
-      pushed_ball(implicit(scene::IntegratorKind::kImplicitEuler)));
+  Simulation simulation(pushed_ball(implicit(scene::IntegratorKind::kImplicitEuler)));
   (void)step_with(simulation, {sample_at(1, -0.1)});
 
   const StepReport report = step_with(simulation, {sample_at(2, -0.09), sample_at(3, 0.1)});

@@ -31,8 +31,7 @@ std::string refusal_of(const scene::SceneDescription& scene, const Memory& avail
   return "";
 }
 
-TEST_CASE("Memory grows with a sheet's nodes",
-          "[memory_need]") {
+TEST_CASE("Memory grows with a sheet's nodes", "[memory_need]") {
   for (const scene::Method& method : {kExplicit, scene::Method{}})
     CHECK(private_bytes(400, method) == Approx(16.0 * private_bytes(100, method)).epsilon(0.01));
   CHECK(private_bytes(100, {}) > private_bytes(100, kExplicit));

@@ -61,8 +61,7 @@ TEST_CASE("A method that misses the error target is refused however cheap it is"
   CHECK(scene::describe(strict.method) == "velocity_verlet");
   CHECK(trial_of(strict, "implicit_euler").refusal == "misses the error target");
   CHECK(*trial_of(strict, "implicit_euler").error_m > 1e-3);
-  CHECK(*trial_of(strict, "implicit_euler").step_ms <
-        *trial_of(strict, "velocity_verlet").step_ms);
+  CHECK(*trial_of(strict, "implicit_euler").step_ms < *trial_of(strict, "velocity_verlet").step_ms);
   CHECK(scene::describe(loose.method) == "implicit_euler");
 }
 
@@ -90,11 +89,11 @@ TEST_CASE("A pendulum that auto chooses for keeps below the height that it began
   // A rod of 0.4 m on a pin, let go at 50 degrees; BDF2 once took it over the top.
   constexpr double kLength_m = 0.4, kAngle_rad = 50.0 * std::numbers::pi / 180.0;
   const Eigen::Vector3d pin_m(0, 0, 0);
-  bodies::BodyDescription rod = sim_server::box({0, 0, 0}, {0.02, 0.02, kLength_m}, 0.1, {0.02, 0.01});
+  bodies::BodyDescription rod =
+      sim_server::box({0, 0, 0}, {0.02, 0.02, kLength_m}, 0.1, {0.02, 0.01});
   rod.orientation = Eigen::AngleAxisd(kAngle_rad, Eigen::Vector3d::UnitY());
   rod.position_m = pin_m - rod.orientation * Eigen::Vector3d(0, 0, 0.5 * kLength_m);
-  scene::SceneDescription scene =
-      joined_scene({rod}, {joint(0, -1, {pin_m}, 2000.0, 0.0)}, 9.81);
+  scene::SceneDescription scene = joined_scene({rod}, {joint(0, -1, {pin_m}, 2000.0, 0.0)}, 9.81);
   scene.period_s = 0.01;
   scene.error_target_m = 0.005;
   scene.method = choose(scene).method;
@@ -115,9 +114,8 @@ TEST_CASE("A scene where nothing is free has a choice too", "[method_choice]") {
 
   CHECK(choice.keeps_rate);
   CHECK(choice.meets_target);
-  CHECK(std::count_if(choice.trials.begin(), choice.trials.end(), [](const MethodTrial& trial) {
-          return trial.refusal.empty();
-        }) == 1);
+  CHECK(std::count_if(choice.trials.begin(), choice.trials.end(),
+                      [](const MethodTrial& trial) { return trial.refusal.empty(); }) == 1);
 }
 
 TEST_CASE("A scene is fit for the haptic rate when a step of 1 ms costs little of it",

@@ -27,7 +27,8 @@ double error_m(scene::IntegratorKind kind, double step_s) {
   };
   for (int i = 1; i <= kMasses; ++i)
     world.nodes[static_cast<std::size_t>(i)].position_m.x() += stretch_m(i, 0.0);
-  const auto integrator = make_integrator({.integrator = kind, .substeps = scene::is_explicit(kind) ? 1 : 0, .tolerance_m_s = 1e-11});
+  const auto integrator = make_integrator(
+      {.integrator = kind, .substeps = scene::is_explicit(kind) ? 1 : 0, .tolerance_m_s = 1e-11});
   double worst_m = 0.0;
   for (int step = 1; step <= std::lround(0.5 / step_s); ++step) {
     Budget budget;

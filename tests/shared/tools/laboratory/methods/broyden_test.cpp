@@ -45,8 +45,7 @@ LinearSolve solve_line(double stiffness) {
   Eigen::VectorXd u = stage.initial_guess(), first(u.size());
   stage.residual(u, first);
   dynamics::Budget budget{.iterations = 200};
-  const dynamics::SolveReport report =
-      BroydenSolver(1e-10).solve(stage, u, budget);
+  const dynamics::SolveReport report = BroydenSolver(1e-10).solve(stage, u, budget);
   return {report, stage.largest / dynamics::scaled_rms(stage, first)};
 }
 
@@ -79,9 +78,9 @@ struct Row {
 
 TEST_CASE("Broyden's method fails on stiff chains where Newton's does not", "[broyden]") {
   constexpr double kTolerance_m_s = 1e-10;
-  const Row row = GENERATE(Row{2.0 / 9.0, 14.7, 0}, Row{20.0 / 9.0, 34.9, 0},
-                           Row{200.0 / 9.0, 169.7, 6}, Row{2000.0 / 9.0, 200.0, 40},
-                           Row{20000.0 / 9.0, 200.0, 40});
+  const Row row =
+      GENERATE(Row{2.0 / 9.0, 14.7, 0}, Row{20.0 / 9.0, 34.9, 0}, Row{200.0 / 9.0, 169.7, 6},
+               Row{2000.0 / 9.0, 200.0, 40}, Row{20000.0 / 9.0, 200.0, 40});
   BroydenSolver broyden(kTolerance_m_s);
   dynamics::NewtonSolver newton(kTolerance_m_s);
 
@@ -120,8 +119,7 @@ TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
   const double first = dynamics::scaled_rms(system, residual);
   dynamics::Budget budget{.iterations = 3};
 
-  const dynamics::SolveReport report =
-      BroydenSolver(1e-10).solve(system, u, budget);
+  const dynamics::SolveReport report = BroydenSolver(1e-10).solve(system, u, budget);
 
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 3);
