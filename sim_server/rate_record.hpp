@@ -8,14 +8,14 @@
 
 namespace stillgrid::sim_server {
 
-/// A record that cannot serve: one line naming file, key, value and what was expected.
+/// A record that cannot serve: one line with file, key, value and the expected value.
 class RecordError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Writes the rate chosen for a scene and its trials, as JSON, for runs in virtual time, which read
-/// no clock. scene: with the chosen period and method. scene_file: its bytes are hashed into the
+/// Writes the rate chosen for a scene and its trials as JSON. Runs in virtual time read it in place
+/// of a clock. scene: with the chosen period and method. scene_file: its bytes are hashed into the
 /// record. Throws std::runtime_error if the file cannot be written.
 void write_rate_record(const RateChoice& choice, const scene::SceneDescription& scene,
                        const std::filesystem::path& scene_file, const std::filesystem::path& file);

@@ -38,7 +38,7 @@ struct SimulationReport {
 };
 
 /// Returns one line on the steps that did not converge or ran out of time, with advice for the
-/// method; empty: every step converged in time.
+/// method. Returns an empty text if every step converged in time.
 [[nodiscard]] std::string convergence_complaint(const SimulationReport& report,
                                                 const scene::Method& method);
 

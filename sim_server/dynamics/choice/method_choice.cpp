@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kHorizon_s = 0.5;              // of the scene's time, of each trial
 constexpr double kReferenceBudget_ms = 2000.0;  // by counts
-constexpr double kFewestSteps = 8.0, kMostSteps = 500.0;
+constexpr double kMinSteps = 8.0, kMaxSteps = 500.0;
 constexpr double kReferenceDivision = 4.0;  // of the stable step
 constexpr double kMaxDivisions = 1e4;       // of a period by the explicit reference
 constexpr double kContactPeriod_s = 1e-3;   // the reference detects contacts this often
@@ -102,9 +102,8 @@ double divisions_of(const SceneLoad& load, double period_s) {
 int steps_of(const SceneLoad& load, double period_s) {
   const double divisions = std::clamp(divisions_of(load, period_s), 1.0, kMaxDivisions);
   const double reference_ms = cost_ms(load, verlet(0), {.iterations = divisions});
-  return static_cast<int>(
-      std::clamp(std::min(kHorizon_s / period_s, kReferenceBudget_ms / reference_ms), kFewestSteps,
-                 kMostSteps));
+  return static_cast<int>(std::clamp(
+      std::min(kHorizon_s / period_s, kReferenceBudget_ms / reference_ms), kMinSteps, kMaxSteps));
 }
 
 /// Runs the reference, and again with twice its step or ten times its tolerance: the distance is
