@@ -7,7 +7,7 @@ import argparse
 import pathlib
 
 # What one core sustains; measured by scripts/launch pillars --report-dir, of which sim.json tells.
-RATE_HZ, METHOD = 20.0, 'solver = "newton_cg"'
+RATE_HZ = 20.0
 
 HEAD = """# Written by scripts/make_pillars.py. Shows a scene that needs two rates: a tissue of 24 x 24 nodes with
 # bricks on it, and round it a field of pillars and soft blocks, which sleep until something falls on them.
@@ -25,7 +25,6 @@ gravity_m_s2 = [0.0, 0.0, -9.81]
 
 [simulation]
 rate_hz = {rate}
-{method}
 
 [tool]
 radius_m = 0.01
@@ -121,7 +120,7 @@ def main():
     parser.add_argument("out", type=pathlib.Path, metavar="OUT.toml")
     on_tissue, on_floor = list(bricks()), list(pillars())
     count = 41 * 41 + 18 * len(on_tissue) + 135 * len(on_floor) + 216 * len(SOFT_M)
-    text = HEAD.format(rate=RATE_HZ, method=METHOD, count=f"{count:,}", bricks=len(on_tissue),
+    text = HEAD.format(rate=RATE_HZ, count=f"{count:,}", bricks=len(on_tissue),
                        pillars=len(on_floor), soft=len(SOFT_M))
     text += bodies(SOFT, SOFT_M)
     text += bodies(BRICK, on_tissue, kind="brick", z=0.0965, height=0.02)

@@ -13,8 +13,8 @@ namespace stillgrid::sim_server {
 [[nodiscard]] std::string target_complaint(const dynamics::MethodChoice& choice,
                                            const scene::SceneDescription& scene);
 
-/// A table for people: the scene's load, the method chosen, and of every other one its cost
-/// predicted and measured, its error, and why it was refused.
+/// Prints a table: the scene's load, cost and error of each method, the method chosen, and why each
+/// other one was not.
 [[nodiscard]] std::string explain(const dynamics::MethodChoice& choice,
                                   const scene::SceneDescription& scene);
 

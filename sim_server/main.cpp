@@ -92,8 +92,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                     ->excludes(offline);
   auto* choice = app.add_option(
       "--choice", arguments.choice,
-      "Record (JSON) of what was chosen where the scene says solver = \"auto\" or rate_hz = "
-      "\"auto\": read if it is there, else written; virtual time needs one");
+      "Record (JSON) of the rate chosen where the scene has rate_hz = \"auto\": read if it is "
+      "there, else written; virtual time needs one");
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);
@@ -300,14 +300,10 @@ int run(Arguments& arguments) {
   if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
   if (!report.ended_by.empty()) return status;
-  if (report.not_converged > 0)
-    spdlog::warn("{} of {} steps did not converge; each used its best iterate",
-                 report.not_converged, report.steps);
+  if (const std::string complaint = convergence_complaint(report, scene.method); !complaint.empty())
+    spdlog::warn("{}", complaint);
   if (status == realtime::kDone && is_unconverged(report, arguments.server.clock))
     status = realtime::kNotConverged;
-  if (report.out_of_budget > 0)
-    spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",
-                 report.out_of_budget, report.steps);
   if (report.crossings_left > 0)
     spdlog::warn("{} times something moved so fast that it may have passed through another body",
                  report.crossings_left);

@@ -45,7 +45,7 @@ inline constexpr double kServerBudget_s = 10.0, kExplainBudget_s = 60.0;
 /// then no error is known, and the highest rate within the share is taken.
 ///
 /// start: build_world(scene). now_s: a clock; it decides, so that two choices may differ: record
-/// one for virtual time (sim_server/method_record.hpp). tell: called with a line of progress.
+/// one for virtual time (sim_server/rate_record.hpp). tell: called with a line of progress.
 /// Throws std::runtime_error for a hand that cannot be read, SegmentError. Pre: scene.hand.
 [[nodiscard]] RateChoice choose_rate(const scene::SceneDescription& scene,
                                      const bodies::World& start, double budget_s,

@@ -1,5 +1,6 @@
 #include "sim_server/report.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -52,6 +53,20 @@ void add_hands(const SimulationReport& report, nlohmann::json& json) {
 }
 
 }  // namespace
+
+std::string convergence_complaint(const SimulationReport& report, const scene::Method& method) {
+  const std::uint64_t late = report.out_of_budget;
+  const std::uint64_t unsolved = std::max(report.not_converged, late);
+  if (unsolved == 0) return "";
+  const bool is_explicit = scene::is_explicit(method.integrator);
+  std::string line = std::to_string(unsolved) + " of " + std::to_string(report.steps) + " steps " +
+                     (is_explicit ? "did not solve their contacts" : "did not converge");
+  if (late > 0) line += ", " + std::to_string(late) + " of them out of time or iterations";
+  line += is_explicit ? "; softer contacts or a higher rate_hz help"
+                      : "; a higher rate_hz, softer springs and contacts, or integrator = "
+                        "\"velocity_verlet\" help";
+  return line;
+}
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   ++report.steps;

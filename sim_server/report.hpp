@@ -9,6 +9,7 @@
 #include "shared/realtime/histogram.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
+#include "sim_server/scene/method.hpp"
 
 namespace stillgrid::sim_server {
 
@@ -35,6 +36,11 @@ struct SimulationReport {
   std::vector<HandReport> hands;
   realtime::Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
 };
+
+/// Returns one line on the steps that did not converge or ran out of time, with advice for the
+/// method. Returns an empty text if every step converged in time.
+[[nodiscard]] std::string convergence_complaint(const SimulationReport& report,
+                                                const scene::Method& method);
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step);
 

@@ -7,12 +7,12 @@ OTHER_TRANSITIONS = ("restart", "hermite", "extrapolate", "playout")
 DEFAULT_TRANSITION = "predict"  # of haptic_server
 DEFAULT_HZ = 100.0  # of a scene that says nothing
 
-WITHOUT_SOLVER = ("symplectic_euler", "velocity_verlet", "cvode_bdf")
+EXPLICIT = "velocity_verlet"
 SUNDIALS = "cvode_bdf"  # its second part is the tolerance, m/s
 # The laboratory's, beside the product's: what they cost and err is shown, but sim_server does not have them.
-COMPARED = ("broyden", "broyden_mass")
+COMPARED = ("broyden",)
 GIVEN = ("as given",)
-METHOD_KEYS = ("integrator", "solver", "substeps", "tolerance_m_s", "error_target_m")  # of [simulation]
+METHOD_KEYS = ("integrator", "substeps", "tolerance_m_s", "error_target_m")  # of [simulation]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Grid:
     """How finely a fit looks."""
     rates_hz: tuple
     displays: tuple  # other transitions, at the best rates
-    methods: tuple  # integrator, and of implicit ones solver and substeps
+    methods: tuple  # integrator, and of implicit ones substeps
     voxel_ratios: tuple
     best: int  # how many of the best the rounds go on from
     rounds: int
@@ -28,14 +28,12 @@ class Grid:
 
 GRIDS = {
     "small": Grid(rates_hz=(10.0, 33.0, 100.0), displays=(),
-                  methods=(("velocity_verlet",), ("implicit_euler", "newton", 1)),
+                  methods=((EXPLICIT,), ("implicit_euler", 1)),
                   voxel_ratios=(1.5,), best=2, rounds=1),
     "full": Grid(rates_hz=(10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 160.0, 250.0, 500.0, 1000.0),
                  displays=OTHER_TRANSITIONS,
-                 methods=(("symplectic_euler",), ("velocity_verlet",), ("implicit_euler", "newton", 1),
-                          ("implicit_euler", "newton_cg", 1), ("implicit_euler", "newton_cg", 2),
-                          ("bdf2", "newton_cg", 1), (SUNDIALS, 1e-5), (SUNDIALS, 1e-3),
-                          *(("implicit_euler", solver, 1) for solver in COMPARED)),
+                 methods=((EXPLICIT,), ("implicit_euler", 1), ("implicit_euler", 2), (SUNDIALS, 1e-5),
+                          (SUNDIALS, 1e-3), *((name, 1) for name in COMPARED)),
                  voxel_ratios=(1.0, 1.5, 2.0, 3.0), best=3, rounds=4),
 }
 
@@ -54,8 +52,8 @@ class Candidate:
         return ["--transition", self.transition]
 
     def is_compared_only(self):
-        """Whether sim_server lacks its solver."""
-        return any(part in COMPARED for part in self.method)
+        """Whether sim_server lacks its integrator."""
+        return self.method[0] in COMPARED
 
     def but(self, **changes):
         return dataclasses.replace(self, **changes)
@@ -64,7 +62,7 @@ class Candidate:
 def method_text(method):
     if method[0] == SUNDIALS:
         return f"{SUNDIALS} to {method[1]:g} m/s"
-    return " ".join(method[:2]) + (f" in {method[2]} substeps" if method[2:] > (1,) else "")
+    return method[0] + (f" in {method[1]} substeps" if method[1:] > (1,) else "")
 
 
 class Space:
@@ -79,7 +77,7 @@ class Space:
         self.leaves_rate = given_hz == "auto"
         if self.leaves_rate:
             given_hz = DEFAULT_HZ
-        method = ("implicit_euler", "newton", 1) if self.simulation.get("solver") == "auto" else GIVEN
+        method = ("implicit_euler", 1) if self.simulation.get("integrator") == "auto" else GIVEN
         self.given = Candidate(rate_hz=float(given_hz), method=method, levels=(0,) * len(groups))
         self.rates_hz = sorted({self.given.rate_hz, *grid.rates_hz})
         self.bodies = {body["name"]: i for i, body in enumerate(document.get("body", []))}
@@ -90,12 +88,10 @@ class Space:
         if candidate.rate_hz != self.given.rate_hz or self.leaves_rate:
             changes["simulation", "rate_hz"] = candidate.rate_hz
         if candidate.method != GIVEN:
-            integrator, *solved = candidate.method
+            integrator, *value = candidate.method
             changes["simulation", "integrator"] = integrator
-            if integrator == SUNDIALS:
-                changes["simulation", "tolerance_m_s"] = solved[0]
-            elif solved:
-                changes["simulation", "solver"], changes["simulation", "substeps"] = solved
+            if value:
+                changes["simulation", "tolerance_m_s" if integrator == SUNDIALS else "substeps"] = value[0]
             changes.update({("simulation", key): None for key in METHOD_KEYS
                             if key in self.simulation and ("simulation", key) not in changes})
         for group, level in zip(self.groups, candidate.levels):
@@ -145,8 +141,7 @@ class Space:
         integrator = self.simulation.get("integrator", "implicit_euler")
         if integrator == SUNDIALS:
             return (integrator, self.simulation.get("tolerance_m_s", 1e-8))
-        solved = (self.simulation.get("solver", "newton"), self.simulation.get("substeps", 1))
-        return (integrator,) if integrator in WITHOUT_SOLVER else (integrator, *solved)
+        return (integrator,) if integrator == EXPLICIT else (integrator, self.simulation.get("substeps", 1))
 
     def other_voxels(self, candidate):
         return [candidate.but(voxel_ratio=ratio) for ratio in self.grid.voxel_ratios]

@@ -9,7 +9,7 @@ from report import JUST_NOTICEABLE
 LEAST_ERROR = 1e-3  # what errs less is drawn there
 STAGES = (("rates and transitions", "rate and transition", "#0072B2"),
           ("other displays", "transition", "#56B4E9"),
-          ("levels of detail", "level of detail", "#D55E00"), ("methods", "integrator, solver", "#009E73"),
+          ("levels of detail", "level of detail", "#D55E00"), ("methods", "integrator", "#009E73"),
           ("voxel sizes", "voxel size", "#CC79A7"), ("round", "around the best", "0.35"))
 UNUSABLE = "#999999"
 

@@ -64,7 +64,7 @@ class Trial:
             if key in self.result:
                 return self.result[key]
         if self.candidate.is_compared_only():
-            return "for comparison: sim_server has no such solver"
+            return "for comparison: sim_server has no such integrator"
         if self.step_share > 1.0:
             return f"cannot keep its rate: a step takes {100 * self.step_share:.0f} % of the period"
         if self.result.get("problems"):

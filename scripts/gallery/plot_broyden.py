@@ -3,11 +3,7 @@
 from drawing import draw_charts, plt
 from tables import read_rows
 
-SOLVERS = (("broyden_mass", "Broyden from the mass", "#D55E00"),
-           ("broyden", "Broyden from the Jacobian", "#E69F00"),
-           ("kinsol_anderson", "KINSOL, Anderson", "#CC79A7"),
-           ("kinsol_newton_krylov", "KINSOL, Newton-Krylov", "#56B4E9"),
-           ("newton", "Newton, safeguarded", "#0072B2"))
+SOLVERS = (("broyden", "Broyden (paper)", "#D55E00"), ("newton", "Newton, safeguarded", "#0072B2"))
 PANELS = (("chain", "Hanging chain, 40 steps", "mean iterations a step"),
           ("onset", "A contact sets in", "iterations"))
 

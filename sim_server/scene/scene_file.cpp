@@ -67,38 +67,36 @@ void read_world(toml::TableReader table, SceneDescription& scene) {
   table.finish();
 }
 
-/// "auto" leaves all of the method to choose; else each part of it may be given.
-void read_method(toml::TableReader& table, const MethodTable& methods, SceneDescription& scene) {
-  std::vector<std::string_view> solvers = names_of(methods.solvers);
-  solvers.push_back("auto");
-  const std::size_t solver = table.has("solver") ? table.choice("solver", solvers) : 0;
-  scene.choose_method = solver == methods.solvers.size();
+/// "auto" chooses the whole method; any other integrator is named with its keys.
+void read_method(toml::TableReader& table, Integrators integrators, SceneDescription& scene) {
+  Method& method = scene.method;
+  if (table.has("integrator")) {
+    std::vector<std::string_view> names;
+    for (const IntegratorKind& kind : integrators) names.push_back(kind.name);
+    names.push_back("auto");
+    const std::size_t chosen = table.choice("integrator", names);
+    scene.choose_method = chosen == integrators.size();
+    if (!scene.choose_method) method.integrator = integrators[chosen];
+  }
   if (scene.choose_method) {
-    for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
+    for (const char* key : {"substeps", "tolerance_m_s"})
       if (table.has(key))
-        table.refuse(key, "no such key beside solver = \"auto\", which chooses it");
+        table.refuse(key, "no such key beside integrator = \"auto\", which chooses it");
     scene.error_target_m =
         table.number_or("error_target_m", toml::Bound::kPositive, scene.error_target_m);
     return;
   }
-  Method& method = scene.method;
-  method.solver = methods.solvers[solver];
-  if (table.has("integrator"))
-    method.integrator =
-        methods.integrators[table.choice("integrator", names_of(methods.integrators))];
-  if (!needs_solver(method.integrator) && table.has("solver"))
-    table.refuse("solver", "no such key beside this integrator, which has no solver of ours");
   if (is_explicit(method.integrator) && table.has("tolerance_m_s"))
     table.refuse("tolerance_m_s",
                  "no such key beside an explicit integrator, which solves nothing");
-  if (!is_explicit(method.integrator) && !needs_solver(method.integrator) && table.has("substeps"))
+  if (chooses_steps(method.integrator) && table.has("substeps"))
     table.refuse("substeps", "no such key beside this integrator, which divides a step by itself");
   if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMaxSubsteps});
   method.tolerance_m_s =
       table.number_or("tolerance_m_s", toml::Bound::kPositive, method.tolerance_m_s);
 }
 
-void read_simulation(toml::TableReader table, const MethodTable& methods, SceneDescription& scene) {
+void read_simulation(toml::TableReader table, Integrators integrators, SceneDescription& scene) {
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
   }
@@ -118,7 +116,7 @@ void read_simulation(toml::TableReader table, const MethodTable& methods, SceneD
   scene.processor_share =
       table.number_or("processor_share", toml::Bound::kPositive, scene.processor_share);
   if (scene.processor_share > 1.0) table.refuse("processor_share", "at most 1, a processor");
-  read_method(table, methods, scene);
+  read_method(table, integrators, scene);
   scene.sleeping = table.flag_or("sleeping", scene.sleeping);
   table.finish();
 }
@@ -285,30 +283,26 @@ void read_joints(toml::TableReader& document, SceneDescription& scene) {
   }
 }
 
-/// A soft mesh has more neighbours than factors bear: without a solver that is named it has one
-/// without them, and without an integrator as well an explicit one, which takes in substeps no more
-/// than the solver in products.
-void serve_meshes(bool names_integrator, bool names_solver, SceneDescription& scene) {
+/// A scene with a soft mesh that names no integrator is explicit: substeps cost less there than the
+/// solver's products.
+void serve_meshes(bool names_method, SceneDescription& scene) {
   const bool has_mesh = std::ranges::any_of(scene.bodies, [](const bodies::BodyDescription& body) {
     return body.motion == bodies::Motion::kFree &&
            std::holds_alternative<bodies::SoftMeshBody>(body.shape);
   });
-  if (!has_mesh || names_solver) return;
-  scene.method.solver = SolverKind::kNewtonCg;
-  if (!names_integrator) scene.method.integrator = IntegratorKind::kVelocityVerlet;
+  if (has_mesh && !names_method) scene.method.integrator = IntegratorKind::kVelocityVerlet;
 }
 
-void read_tables(toml::TableReader& document, const MethodTable& methods, const std::string& file,
+void read_tables(toml::TableReader& document, Integrators integrators, const std::string& file,
                  SceneDescription& scene) {
   // First, or a body would miss the material of a table [[materials]].
   document.allow_only(kTables);
   read_world(document.table("world"), scene);
   toml::TableReader simulation = document.table("simulation");
-  bool names_integrator = false;
+  bool names_method = false;
   for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
-    names_integrator = names_integrator || simulation.has(key);
-  const bool names_solver = simulation.has("solver");
-  read_simulation(std::move(simulation), methods, scene);
+    names_method = names_method || simulation.has(key);
+  read_simulation(std::move(simulation), integrators, scene);
   read_grid(document.table("grid"), scene);
   read_hands(document, scene);
   if (scene.choose_rate && !scene.hand)
@@ -318,14 +312,14 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   read_materials(document, scene);
   read_bodies(document, scene);
   read_joints(document, scene);
-  serve_meshes(names_integrator, names_solver, scene);
+  serve_meshes(names_method, scene);
   bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }
 
 }  // namespace
 
 SceneDescription read_scene(const std::string& text, const std::filesystem::path& path,
-                            const MethodTable& methods) {
+                            Integrators integrators) {
   const std::string file = path.string();
   ::toml::table parsed = parse_text(text, file);
   toml::TableReader document(parsed, file);
@@ -334,13 +328,13 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   scene.name = path.stem().string();
   // First of all: under another format every other key may mean something else.
   (void)document.integer("format", {kFormat, kFormat});
-  read_tables(document, methods, file, scene);
+  read_tables(document, integrators, file, scene);
   return scene;
 }
 
-SceneDescription load_scene(const std::filesystem::path& path, const MethodTable& methods) {
+SceneDescription load_scene(const std::filesystem::path& path, Integrators integrators) {
   constexpr std::uintmax_t kMost = 16 * files::kMiB;
-  return read_scene(files::read_text(path, kMost), path, methods);
+  return read_scene(files::read_text(path, kMost), path, integrators);
 }
 
 void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path) {

@@ -95,11 +95,11 @@ def main():
         log.write(" ".join(sys.argv[1:]) + "\n")
     if os.path.exists(os.path.join(HERE, "slow")):
         time.sleep(0.1)
-    if os.path.exists(os.path.join(HERE, "full")) and "solver" in settings:
+    if os.path.exists(os.path.join(HERE, "full")) and "integrator" in settings:
         sys.stderr.write("fit_run: /tmp: no space left\n")
         sys.exit(2)
-    for what, status, line in (("refuse", 1, "no such solver"), ("crash", 3, "broken")):
-        if f"solver={what}" in settings:
+    for what, status, line in (("refuse", 1, "no such integrator"), ("crash", 3, "broken")):
+        if f"integrator={what}" in settings:
             sys.stderr.write(f"fit_run: {line}\n")
             sys.exit(status)
     with open(scene) as stream:

@@ -140,7 +140,7 @@ class LimitsTest(daemons.SessionTest):
 
     def test_a_run_whose_state_is_lost_still_writes_report_and_state(self):
         scene = self.write("unstable.toml", sheet(
-            12, 'integrator = "symplectic_euler"\nsubsteps = 2\nperiod_s = 0.05'))
+            12, 'integrator = "velocity_verlet"\nsubsteps = 2\nperiod_s = 0.05'))
         report, state = self.folder / "report.json", self.folder / "end.csv"
         daemon = self.offline(scene, "--duration", 1e3, "--report", report, "--final-state", state)
         self.assertEqual(daemon.wait(60.0), BAD_INPUT, daemon.lines())

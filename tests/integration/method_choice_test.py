@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""solver = "auto": what is chosen is explained, recorded, and read back where no clock may decide."""
+"""integrator = "auto" is chosen by counts; rate_hz = "auto" by a clock: recorded, and read back in virtual time."""
 import json
 import subprocess
 
@@ -10,7 +10,7 @@ SCENE = """
 format = 2
 [simulation]
 rate_hz = 50.0
-solver = "auto"
+integrator = "auto"
 error_target_m = 1e-3
 [[material]]
 name = "thread"
@@ -55,11 +55,9 @@ class MethodChoiceTest(daemons.SessionTest):
         lines = result.stdout.splitlines()
         chosen = [line for line in lines if line.startswith("* ")]
         self.assertEqual(len(chosen), 1, result.stdout)
-        for method in ("trapezoid", "newton_lu", "newton_bicgstab", "cvode_bdf"):
-            row = next(line for line in lines if method in line)
-            self.assertGreater(len(row.split("  ")[-1]), 10, row)
-        record = json.loads(self.record.read_text())
-        self.assertIn(record["integrator"], chosen[0])
+        self.assertTrue(any(line.strip().startswith("implicit_euler") for line in lines), result.stdout)
+        self.assertEqual(self.explain().stdout, result.stdout)  # no clock is read
+        self.assertFalse(self.record.exists())  # that is of a rate
 
     def test_explain_lists_the_models_of_a_contact_that_is_chosen(self):
         self.write("cube.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1)) +
@@ -88,22 +86,22 @@ material = "thread"
         self.assertTrue(all(row.endswith(("misses the error", "costs more", "chosen")) for row in rows), contacts)
         self.assertIn("chosen: ", methods)
 
-    def test_virtual_time_takes_the_recorded_method_and_repeats_it_to_the_bit(self):
-        self.explain()
+    def test_virtual_time_chooses_a_method_and_repeats_it_to_the_bit(self):
         ends = []
         for _ in range(2):
-            result = self.offline("--choice", self.record)
+            result = self.offline()
             self.assertEqual(result.returncode, DONE, result.stderr)
-            self.assertIn("as recorded", result.stderr)
+            self.assertIn("method chosen: ", result.stderr)
             ends.append(self.end.read_bytes())
         self.assertEqual(ends[0], ends[1])
 
-    def test_virtual_time_without_a_record_is_refused_in_one_line(self):
+    def test_a_rate_in_virtual_time_without_a_record_is_refused_in_one_line(self):
+        self.leave_the_rate()
         for arguments in ((), ("--choice", self.folder / "none.json")):
             result = self.offline(*arguments)
             self.assertEqual(result.returncode, BAD_INPUT)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-            self.assertIn('simulation.solver: value "auto"', result.stderr)
+            self.assertIn('simulation.rate_hz: value "auto"', result.stderr)
             self.assertFalse(self.end.exists())
 
     def leave_the_rate(self):
@@ -145,20 +143,9 @@ material = "thread"
                 self.assertIn(name + ":", result.stderr)
                 self.assertEqual(result.stdout, "")
 
-    def test_a_record_of_another_scene_or_rate_is_refused(self):
-        self.explain()
-        at_another_rate = self.offline("--choice", self.record, "--rate", "60")
-        self.write("auto.toml", SCENE.replace("50.0 }", "60.0 }"))
-        of_another_scene = self.offline("--choice", self.record)
-
-        for result, key in ((at_another_rate, "period_s"), (of_another_scene, "scene_hash")):
-            self.assertEqual(result.returncode, BAD_INPUT)
-            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-            self.assertIn(f"choice.json: {key}: value", result.stderr)
-
     def test_a_run_of_which_no_step_converged_says_so_by_its_exit_status_too(self):
         stiff = SCENE.replace("structural = 50.0", "structural = 1e9").replace(
-            'solver = "auto"\nerror_target_m = 1e-3', 'solver = "newton"\ntolerance_m_s = 1e-9').replace("rate_hz = 50.0", "rate_hz = 10.0")
+            'integrator = "auto"\nerror_target_m = 1e-3', "tolerance_m_s = 1e-9").replace("rate_hz = 50.0", "rate_hz = 10.0")
         for scene, status in ((stiff, NOT_CONVERGED), (stiff.replace("1e9", "1e6"), DONE)):
             self.write("auto.toml", scene)
             result = self.offline()
@@ -167,21 +154,19 @@ material = "thread"
             self.assertTrue(self.end.exists())
 
     def test_a_damaged_record_is_refused_and_names_the_key(self):
+        self.leave_the_rate()
         self.explain()
         whole = json.loads(self.record.read_text())
-        damages = {"integrator": "leapfrog", "solver": 7, "substeps": -1, "tolerance_m_s": "small",
-                   "format": 99}
-        for key, value in damages.items():
+        for key, value in {"method": "leapfrog", "period_s": "short", "format": 99}.items():
             self.record.write_text(json.dumps(whole | {key: value}))
             result = self.offline("--choice", self.record)
             self.assertEqual(result.returncode, BAD_INPUT, key)
-            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-            self.assertIn(f"choice.json: {key}: value", result.stderr)
+            self.assertIn(f"choice.json: {key}: value", result.stderr.splitlines()[-1])
         for text in ("", "[]", "{", "{}"):
             self.record.write_text(text)
             result = self.offline("--choice", self.record)
             self.assertEqual(result.returncode, BAD_INPUT, text)
-            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertIn("choice.json: ", result.stderr.splitlines()[-1])
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ class SceneCheckTest(daemons.SessionTest):
                 self.assertIn(f"hand '{name}': tool of ", result.stdout)
 
     def test_nodes_rate_and_method_are_those_of_a_run(self):
-        for nodes, rate_hz, method in ((5, 40, "bdf2"), (13, 125, "implicit_euler")):
+        for nodes, rate_hz, method in ((5, 40, "velocity_verlet"), (13, 125, "implicit_euler")):
             scene = self.scene(f'rate_hz = {rate_hz}.0\nintegrator = "{method}"', nodes=nodes)
             end, report = self.folder / "end.csv", self.folder / "report.json"
             run = self.run_program(scene, "--offline", "--duration", "0.1", "--final-state", end, "--report", report)
@@ -76,7 +76,7 @@ class SceneCheckTest(daemons.SessionTest):
             self.assertIn("\n77 Hz, ", self.run_program(scene, "--check", "--rate", "77").stdout)
 
     def test_what_is_left_to_choose_is_chosen_and_no_record_is_written(self):
-        scene, record = self.scene('solver = "auto"'), self.folder / "choice.json"
+        scene, record = self.scene('integrator = "auto"'), self.folder / "choice.json"
         checked = self.run_program(scene, "--check", "--choice", record)
         self.assertEqual(checked.returncode, DONE, checked.stderr)
         self.assertRegex(checked.stdout, r"\n100 Hz, .* \(chosen\)\n")

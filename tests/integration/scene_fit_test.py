@@ -159,18 +159,18 @@ class SceneFitTest(daemons.SessionTest):
 
     def test_a_run_that_is_refused_is_kept_and_one_that_crashes_is_tried_again(self):
         one = self.runs_of(self.folder / "fit")
-        requests = self.requests("simulation.rate_hz=10.0", "simulation.solver=refuse", "simulation.solver=crash")
+        requests = self.requests("simulation.rate_hz=10.0", "simulation.integrator=refuse", "simulation.integrator=crash")
         for runs_more in (3, 1):
             before = len(self.logged())
             good, refused, crashed = one.results("all", requests)
             self.assertEqual(len(self.logged()), before + runs_more)
             self.assertEqual(good["settings"], {"latency_share": 0.1})
-            self.assertEqual(refused, {"refused": "no such solver"})
+            self.assertEqual(refused, {"refused": "no such integrator"})
             self.assertEqual(crashed, {"crashed": "fit_run: broken"})
 
     def test_what_keeps_a_run_from_starting_stops_the_fit_and_is_not_held_against_the_candidate(self):
         one = self.runs_of(self.folder / "fit")
-        requests = self.requests("simulation.rate_hz=10.0", "simulation.solver=newton", "simulation.solver=newton_lu")
+        requests = self.requests("simulation.rate_hz=10.0", "simulation.integrator=implicit_euler", "simulation.integrator=velocity_verlet")
         full = self.build / "bin" / "full"
         full.touch()
         with self.assertRaisesRegex(runs.Unusable, "^/tmp: no space left$"):
@@ -195,7 +195,7 @@ class SceneFitTest(daemons.SessionTest):
 
     def test_a_printed_run_that_is_refused_is_not_printed_again(self):
         one = self.runs_of(self.folder / "fit", print_only=True)
-        requests = self.requests("simulation.solver=refuse", "simulation.solver=crash")
+        requests = self.requests("simulation.integrator=refuse", "simulation.integrator=crash")
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed), self.assertRaises(runs.Printed):
             one.results("all", requests)

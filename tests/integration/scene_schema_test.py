@@ -62,7 +62,7 @@ def table_variants():
     keys."""
     of = SCHEMA["definitions"]
     for name in ("world", "simulation", "grid"):
-        simulations = ({}, {"solver": "auto"}) if name == "simulation" else ({},)
+        simulations = ({}, {"integrator": "auto"}) if name == "simulation" else ({},)
         yield SCHEMA["properties"][name], [(scene(**{name: dict(each)}), (name,)) for each in simulations]
     for name in ("tool", "device"):
         yield of[name], [(scene(**{name: {}}), (name,))]
@@ -169,7 +169,7 @@ class SceneSchemaTest(daemons.SessionTest):
         simulation = SCHEMA["properties"]["simulation"]["properties"]
         details = {rule["if"]["properties"]["kind"]["const"]: rule["then"]["properties"]
                    for rule in SCHEMA["definitions"]["body"]["allOf"] if "propertyNames" in rule["then"]}
-        cases = [(scene(simulation={key: UNKNOWN}), simulation[key]["enum"]) for key in ("integrator", "solver")]
+        cases = [(scene(simulation={"integrator": UNKNOWN}), simulation["integrator"]["enum"])]
         cases += [(scene(body("mesh", contact=UNKNOWN)), properties["contact"]["enum"]),
                   (scene({**body("sphere"), "kind": UNKNOWN}), properties["kind"]["enum"])]
         for kind in KINDS:
@@ -227,7 +227,7 @@ class SceneSchemaTest(daemons.SessionTest):
     def test_methods_and_rates_are_taken_or_refused_by_both_in_drawn_scenes(self):
         self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0.1\n1,0,0,0.1\n")
         keys = SCHEMA["properties"]["simulation"]["properties"]
-        choices = {"integrator": keys["integrator"]["enum"], "solver": keys["solver"]["enum"], "substeps": [1, 7],
+        choices = {"integrator": keys["integrator"]["enum"], "substeps": [1, 7],
                    "tolerance_m_s": [3e-7], "rate_hz": ["auto", 41.0], "processor_share": [0.13]}
         taken = {False: 0, True: 0}
         for seed in (5, 1013, 65539):

@@ -25,13 +25,11 @@ std::string integrator_of(const LawCase& law_case) {
 }
 
 bool is_explicit(const LawCase& law_case) {
-  const std::string integrator = integrator_of(law_case);
-  return integrator == "\"velocity_verlet\"" || integrator == "\"symplectic_euler\"";
+  return integrator_of(law_case) == "\"velocity_verlet\"";
 }
 
-bool rings_or_creeps(const LawCase& law_case) {
-  const std::string integrator = integrator_of(law_case);
-  return integrator == "\"trapezoid\"" || integrator == "\"cvode_bdf\"";
+bool creeps(const LawCase& law_case) {
+  return integrator_of(law_case) == "\"cvode_bdf\"";
 }
 
 bool is_late(const LawCase& law_case) {
@@ -73,17 +71,12 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
       if (variant == "reversed list" || variant == "mirrored") return kOfItsMethod;
-      // Places are ahead of the tool's time by half a substep, of whatever length; and how many
-      // there are goes by an estimate of eigenvalues, which begins alike in every frame.
-      if ((variant == "at 1 m/s" || variant == "turned by 90 degrees") &&
-          integrator_of(law_case) == "\"symplectic_euler\"")
-        return kOfItsMethod;
       break;
-    case 9:  // the trapezoid gains energy of stiff contacts; explicit methods do not slow what
-             // rolls, nor any what swings across its springs, whose dampers act along them
+    case 9:  // explicit methods do not slow what rolls, nor any what swings across its springs,
+             // whose dampers act along them
       return kOfItsMethod;
-    case 10:  // the trapezoid rings; CVODE's friction is viscous below the slip speed
-      if (rings_or_creeps(law_case)) return kOfItsMethod;
+    case 10:  // CVODE's friction is viscous below the slip speed
+      if (creeps(law_case)) return kOfItsMethod;
       break;
     case 11:  // a long step throws a ball elsewhere than a short one does, where another lay
       if (!is_explicit(law_case)) return kOfItsMethod;
@@ -100,11 +93,11 @@ std::optional<std::string_view> known_violation(const LawCase& law_case, const F
   constexpr double kOneBall = 1.0;
   constexpr double kOfAStep_N = 10.0;  // late or by small steps: 2.7 at most in 1,000 scenes
   constexpr double kOfASwing = 100.0;  // what moves at some mm/s, where 1 is allowed
-  const bool may_move_on = rings_or_creeps(law_case) || is_explicit(law_case);
+  const bool may_move_on = creeps(law_case) || is_explicit(law_case);
   if (law_case.law == 9 && !may_move_on && finding.allowed > 0.0 &&
       finding.measured > kOfASwing * finding.allowed)
     return std::nullopt;
-  if (law_case.law == 2 && law_case.transition == "predict" && !rings_or_creeps(law_case) &&
+  if (law_case.law == 2 && law_case.transition == "predict" && !creeps(law_case) &&
       finding.measured > kOfAStep_N)
     return std::nullopt;
   if (law_case.law == 11 && finding.measured > kOneBall) return std::nullopt;

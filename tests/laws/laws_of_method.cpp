@@ -39,9 +39,9 @@ int order_of(const scene::SceneDescription& scene) {
     const bodies::SpringDescription* springs = bodies::springs_of(body);
     return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
   };
-  if (kind == scene::IntegratorKind::kVelocityVerlet)
-    return std::any_of(scene.bodies.begin(), scene.bodies.end(), is_damped) ? 1 : 2;
-  return kind == scene::IntegratorKind::kBdf2 || kind == scene::IntegratorKind::kTrapezoid ? 2 : 1;
+  const bool is_second = kind == scene::IntegratorKind::kVelocityVerlet &&
+                         std::none_of(scene.bodies.begin(), scene.bodies.end(), is_damped);
+  return is_second ? 2 : 1;
 }
 
 /// Steps by error: a tenth of the tolerance leaves less error.

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "shared/tools/laboratory/methods/broyden.hpp"
-#include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
 namespace stillgrid::performance {
@@ -24,17 +23,11 @@ void print_solver(const char* name, dynamics::NonlinearSolver& solver) {
 }
 
 int program_main() {
-  laboratory::BroydenSolver from_mass(laboratory::BroydenStart::kMass, kTolerance_m_s);
-  laboratory::BroydenSolver from_jacobian(laboratory::BroydenStart::kJacobian, kTolerance_m_s);
-  dynamics::NewtonSolver newton(scene::SolverKind::kNewton, kTolerance_m_s);
-  laboratory::KinsolSolver krylov(laboratory::KinsolStrategy::kNewtonKrylov, kTolerance_m_s);
-  laboratory::KinsolSolver anderson(laboratory::KinsolStrategy::kAnderson, kTolerance_m_s);
+  laboratory::BroydenSolver broyden(kTolerance_m_s);
+  dynamics::NewtonSolver newton(kTolerance_m_s);
   std::printf("scene,solver,k_h2_per_m,iterations,failures\n");
-  print_solver("broyden_mass", from_mass);
-  print_solver("broyden", from_jacobian);
+  print_solver("broyden", broyden);
   print_solver("newton", newton);
-  print_solver("kinsol_newton_krylov", krylov);
-  print_solver("kinsol_anderson", anderson);
   return 0;
 }
 

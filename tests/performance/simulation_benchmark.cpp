@@ -180,13 +180,13 @@ void take_steps(benchmark::State& state, RunningScene& running) {
   state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
 }
 
-/// A shipped scene at the haptic rate by symplectic Euler, from its second second on: the work of a
+/// A shipped scene at the haptic rate by velocity Verlet, from its second second on: the work of a
 /// whole step.
 void haptic_rate(benchmark::State& state) {
   const std::filesystem::path root = STILLGRID_SOURCE_DIR;
   scene::SceneDescription description =
       scene::load_scene(root / "sim_server/scene/scenes/tissue_and_blocks.toml");
-  description.method.integrator = scene::IntegratorKind::kSymplecticEuler;
+  description.method.integrator = scene::IntegratorKind::kVelocityVerlet;
   description.period_s = 1e-3;
   description.sleeping = false;
   RunningScene running(description);
@@ -249,7 +249,7 @@ void swing_cloth(benchmark::State& state) {
   sim_server::springs(body).bend_stiffness_N_per_m = 1e3;
   sim_server::springs(body).pinned_nodes = {0, side - 1};
   bodies::World world = scene::build_world(sim_server::scene_of({body}, {}, {0.0, 0.0, -9.81}));
-  dynamics::ExplicitIntegrator integrator({.integrator = scene::IntegratorKind::kSymplecticEuler});
+  dynamics::ExplicitIntegrator integrator({.integrator = scene::IntegratorKind::kVelocityVerlet});
   dynamics::Budget budget;
   for (auto _ : state) {
     (void)integrator.advance(world, {}, 0.01, budget);

@@ -105,7 +105,7 @@ std::vector<Eigen::Matrix3Xd> by_springs(const ChartScene& scene, double step_s,
 std::vector<Eigen::Matrix3Xd> by_substeps(const ChartScene& scene, double step_s,
                                           const Eigen::Matrix3Xd& shift_m) {
   ChartPoint point;
-  point.method.integrator = scene::IntegratorKind::kSymplecticEuler;
+  point.method.integrator = scene::IntegratorKind::kVelocityVerlet;
   point.method.substeps = static_cast<int>(std::lround(point.period_s / step_s));
   return run_ours(scene, point, kNoLimit_s, shift_m).places_m;
 }

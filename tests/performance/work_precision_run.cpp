@@ -6,9 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "shared/tools/laboratory/methods/arkode_integrator.hpp"
-#include "shared/tools/laboratory/methods/forward_euler.hpp"
-#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
+#include "shared/tools/laboratory/methods/broyden.hpp"
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 
@@ -28,14 +26,12 @@ double loose_tolerance_m_s(double step_s) {
   return 1e-2 * step_s;
 }
 
-Curve implicit_curve(const scene::IntegratorKind& integrator, const scene::SolverKind& solver) {
+Curve implicit_curve(const scene::IntegratorKind& integrator) {
   Curve curve;
   for (const double step_s : {0.05, 0.025, 0.01, 0.005, 0.0025, 0.001, 0.0005, 0.00025, 0.0001})
-    curve.push_back({std::string(scene::name_of(integrator)), std::string(scene::name_of(solver)),
-                     "step_s", step_s, step_s,
-                     scene::Method{.integrator = integrator,
-                                   .solver = solver,
-                                   .tolerance_m_s = loose_tolerance_m_s(step_s)}});
+    curve.push_back(
+        {std::string(scene::name_of(integrator)), "", "step_s", step_s, step_s,
+         scene::Method{.integrator = integrator, .tolerance_m_s = loose_tolerance_m_s(step_s)}});
   return curve;
 }
 
@@ -145,7 +141,7 @@ Curve auto_curve(const ChartScene& scene) {
     description.period_s = 0.01;
     description.error_target_m = target_m;
     const scene::Method method =
-        dynamics::choose_method(description, processor_s, [](const std::string&) {}).method;
+        dynamics::choose_method(description, [](const std::string&) {}).method;
     std::string chosen = scene::describe(method);
     std::replace(chosen.begin(), chosen.end(), ',', ';');
     curve.push_back({"auto", chosen, "error_target_m", target_m, description.period_s, method});
@@ -154,19 +150,10 @@ Curve auto_curve(const ChartScene& scene) {
 }
 
 std::vector<Curve> our_curves(const ChartScene& scene) {
-  std::vector<Curve> curves{explicit_curve(laboratory::kForwardEuler),
-                            explicit_curve(scene::IntegratorKind::kSymplecticEuler),
-                            explicit_curve(scene::IntegratorKind::kVelocityVerlet)};
-  for (const scene::SolverKind& solver : laboratory::laboratory_methods().solvers)
-    curves.push_back(implicit_curve(scene::IntegratorKind::kImplicitEuler, solver));
-  for (const scene::IntegratorKind& integrator :
-       {scene::IntegratorKind::kBdf2, scene::IntegratorKind::kTrapezoid})
-    for (const scene::SolverKind& solver :
-         {scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg})
-      curves.push_back(implicit_curve(integrator, solver));
-  for (const scene::IntegratorKind& integrator :
-       {scene::IntegratorKind::kCvodeBdf, laboratory::kArkodeDirk})
-    curves.push_back(adaptive_curve(integrator));
+  std::vector<Curve> curves{explicit_curve(scene::IntegratorKind::kVelocityVerlet),
+                            implicit_curve(scene::IntegratorKind::kImplicitEuler),
+                            implicit_curve(laboratory::kBroyden),
+                            adaptive_curve(scene::IntegratorKind::kCvodeBdf)};
   // A step must divide the scene's times.
   for (Curve& curve : curves)
     std::erase_if(curve, [&](const ChartPoint& point) {

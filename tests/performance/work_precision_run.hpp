@@ -46,7 +46,7 @@ struct RunResult {
 [[nodiscard]] RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limit_s,
                                  const Eigen::Matrix3Xd& shift_m = {});
 
-/// What solver = "auto" chooses at 10 ms for error targets of 10, 1 and 0.1 mm. Takes seconds.
+/// What integrator = "auto" chooses at 10 ms for error targets of 10, 1 and 0.1 mm. Takes seconds.
 [[nodiscard]] Curve auto_curve(const ChartScene& scene);
 
 /// The curves of ours that a scene is measured with.

@@ -17,7 +17,6 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
-#include "shared/realtime/processor_time.hpp"
 #include "shared/tools/fit_run/fit_json.hpp"
 #include "shared/tools/fit_run/fit_scene.hpp"
 #include "shared/tools/laboratory/cannot_start.hpp"
@@ -56,11 +55,11 @@ constexpr const char* kDescription =
     "processor time; only it differs from run to run.\n"
     "\n"
     "--set KEY=VALUE, VALUE as TOML has it: simulation.rate_hz=50, "
-    "simulation.solver='\"newton_cg\"', "
+    "simulation.integrator='\"velocity_verlet\"', "
     "grid.voxel_ratio=2, body.NAME.spheres.spacing_m=0.02, body.NAME.stiffness_scale=1.96, "
     "material.NAME.friction=0.1. What it contradicts goes: rate_hz replaces period_s and the "
-    "reverse; an integrator, or solver \"auto\", the whole method of the file; one way to make a "
-    "mesh's spheres the others.\n"
+    "reverse; an integrator the whole method of the file; one way to make a mesh's spheres the "
+    "others.\n"
     "\n"
     "Exit status: 0 done, also if the candidate is bad (`problems` of the JSON say why); 1 bad "
     "input, one line; 2 the machine was at fault, and the same may do again: no temporary folder, "
@@ -160,12 +159,10 @@ int write_reference(Arguments& arguments) {
   return realtime::kDone;
 }
 
-/// The method that sim_server would choose, by this thread's processor time.
+/// The method that sim_server would choose.
 void settle_method(scene::SceneDescription& scene) {
   if (!scene.choose_method) return;
-  scene.method =
-      dynamics::choose_method(scene, realtime::thread_processor_s, [](const std::string&) {
-      }).method;
+  scene.method = dynamics::choose_method(scene, [](const std::string&) {}).method;
   scene.choose_method = false;
 }
 

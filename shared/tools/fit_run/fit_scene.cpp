@@ -36,7 +36,7 @@ Setting parse_setting(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) refuse(text, "KEY=VALUE");
   constexpr const char* kExpected =
-      "KEY=VALUE with a value as TOML has it: 0.02, 2, true, \"newton\"";
+      "KEY=VALUE with a value as TOML has it: 0.02, 2, true, \"auto\"";
   try {
     Setting setting{text, text.substr(0, equals),
                     ::toml::parse("value =" + text.substr(equals + 1))};
@@ -99,12 +99,9 @@ void drop_contradicted(::toml::table& table, const std::string& key,
       if (const ::toml::node* node = table.get(other); node != nullptr && !set.contains(node))
         table.erase(other);
   };
-  const auto is_auto = [&] { return table["solver"].value<std::string>() == "auto"; };
   if (key == "rate_hz") drop({"period_s"});
   if (key == "period_s") drop({"rate_hz"});
-  if (key == "integrator") drop({"solver", "substeps", "tolerance_m_s", "error_target_m"});
-  if (key == "solver" && is_auto()) drop({"integrator", "substeps", "tolerance_m_s"});
-  if (key == "solver" && !is_auto()) drop({"error_target_m"});
+  if (key == "integrator") drop({"substeps", "tolerance_m_s", "error_target_m"});
   constexpr std::array<std::string_view, 5> kMeshSpheres = {
       "file", "tolerance_m", "surface_spacing_m", "volume_spacing_m", "feel"};
   if (std::find(kMeshSpheres.begin(), kMeshSpheres.end(), key) == kMeshSpheres.end()) return;

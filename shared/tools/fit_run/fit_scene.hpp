@@ -16,8 +16,8 @@ namespace stillgrid::fit_run {
 ///
 /// KEY is `table.key` (`simulation.rate_hz`), or `body.NAME.key`, `material.NAME.key`
 /// (`body.tissue.spheres.spacing_m`). What a setting contradicts goes, unless it is set too:
-/// rate_hz replaces period_s and the reverse; an integrator, or solver "auto", the file's whole
-/// method; another solver a file's "auto"; of `spheres`, one way to make a mesh's the others.
+/// rate_hz replaces period_s and the reverse; an integrator the file's whole
+/// method; of `spheres`, one way to make a mesh's the others.
 ///
 /// Throws std::runtime_error, one line with the setting, for one that is none of these. Whether the
 /// key is known is for read_scene() to say.

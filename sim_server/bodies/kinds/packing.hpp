@@ -32,9 +32,8 @@ struct SpherePacking {
 struct BodyCounts {
   double spheres = 0.0;
   double nodes = 0.0;
-  double springs = 0.0;         // about
-  double factor_entries = 0.0;  // of its Jacobian's factor, by nested dissection
-  double field_bytes = 0.0;     // of its distance field, which is published once
+  double springs = 0.0;      // about
+  double field_bytes = 0.0;  // of its distance field, which is published once
 };
 
 /// A rigid body's resistance to turning, and how far it reaches.

@@ -71,8 +71,7 @@ BodyCounts counts_of(const SheetBody& sheet) {
   return {.spheres = spheres_along(sheet.size_m.x(), spacing_m) *
                      spheres_along(sheet.size_m.y(), spacing_m),
           .nodes = nodes,
-          .springs = nodes * (2.0 * (1.0 + shear + bend)),
-          .factor_entries = 9.0 * 4.0 * nodes * std::log2(nodes + 1.0)};  // a surface's n log n
+          .springs = nodes * (2.0 * (1.0 + shear + bend))};
 }
 
 /// Structural springs join neighbours, shear springs diagonals, bend springs every second node.

@@ -113,8 +113,7 @@ BodyCounts counts_of_solid(double spheres, const SoftLattice& lattice,
   const auto nodes = static_cast<double>(lattice.nodes_m.size());
   return {.spheres = spheres,
           .nodes = nodes,
-          .springs = nodes * (3.0 + 10.0 * shear + 3.0 * bend),  // where many nodes are round one
-          .factor_entries = 9.0 * 2.0 * std::pow(nodes, 4.0 / 3.0)};
+          .springs = nodes * (3.0 + 10.0 * shear + 3.0 * bend)};  // where many nodes are round one
 }
 
 }  // namespace stillgrid::bodies

@@ -52,8 +52,7 @@ BodyCounts counts_of(const ThreadBody& thread) {
   const double nodes = thread.nodes;
   return {.spheres = spheres_along(length_m(thread), packing_of(thread).spacing_m),
           .nodes = nodes,
-          .springs = nodes * (1.0 + bend),
-          .factor_entries = 9.0 * 3.0 * nodes};  // a curve's bandwidth
+          .springs = nodes * (1.0 + bend)};
 }
 
 /// Structural springs join neighbours, bend springs every second node.

@@ -21,9 +21,8 @@ constexpr double kBodyBytes = 13'500.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
 // A point that bodies are joined at, its Jacobian too.
 constexpr double kJointBytes = 2500.0;
-// More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
-// factor costs with its index, LDL^T and LU together, and while they are made.
-constexpr double kSpringJacobianBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
+// More of an implicit step: Jacobians of a spring, vectors of a node.
+constexpr double kSpringJacobianBytes = 450.0, kNodeVectorBytes = 700.0;
 
 /// What spheres take of one slot of a segment.
 double slot_bytes(double spheres) {
@@ -50,7 +49,7 @@ std::string size_text(double bytes) {
 }  // namespace
 
 Memory memory_need(const bodies::BodyDescription& body, const scene::Method& method) {
-  const auto [spheres, nodes, springs, factor_entries, field] = bodies::counts_of(body);
+  const auto [spheres, nodes, springs, field] = bodies::counts_of(body);
   const double slot = slot_bytes(std::min(spheres, kMaxSpheres));
   if (body.motion == bodies::Motion::kStatic)
     return {kStaticBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot + field, slot + field};
@@ -59,7 +58,6 @@ Memory memory_need(const bodies::BodyDescription& body, const scene::Method& met
               2.0 * slot + field};
   if (scene::is_explicit(method.integrator)) return need;
   need.private_bytes += kNodeVectorBytes * nodes + kSpringJacobianBytes * springs;
-  if (scene::factorises(method)) need.private_bytes += kFillBytes * factor_entries;
   return need;
 }
 
@@ -96,8 +94,7 @@ void require_room(const scene::SceneDescription& scene, const std::string& file,
     refuse(*body, file,
            "memory: value " + size_text(own) + " of about " + size_text(all) +
                " that the scene takes: expected at most " + size_text(left) + ", what " + where +
-               " has left; fewer nodes or spheres, or an integrator or solver without factors, " +
-               "take less");
+               " has left; fewer nodes or spheres, or an explicit integrator, take less");
   };
   check(largest, most.private_bytes, total.private_bytes, available.private_bytes, "this machine");
   check(most_shared, most.shared_bytes, total.shared_bytes, available.shared_bytes, "/dev/shm");

@@ -13,8 +13,8 @@ struct Memory {
 };
 
 /// What one body of a scene takes while it is simulated by a method, from counts alone: its nodes,
-/// springs, spheres and field, and where Jacobians are factorised their fill by nested dissection.
-/// Right to a factor of two for bodies of more than a thousand nodes or spheres.
+/// springs, spheres and field. Right to a factor of two for bodies of more than a thousand nodes or
+/// spheres.
 [[nodiscard]] Memory memory_need(const bodies::BodyDescription& body, const scene::Method& method);
 
 /// Refuses a scene that would take more than there is, before anything of it is built, or that has

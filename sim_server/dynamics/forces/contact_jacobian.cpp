@@ -86,21 +86,19 @@ Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response,
          side.share * response.bottomRows<3>();
 }
 
-/// All that a response does to a side; `row_only`: the one row to add, or kNoUnknown for all.
-void add_column(const ContactSide& pushed, const Response& response, const Eigen::Matrix3d& press,
-                double factor, int column, bool diagonal_only, std::vector<JacobianBlock>& blocks) {
-  const auto wanted = [&](int row) { return !diagonal_only || row == column; };
+/// Adds the block of a response in the row of the unknown that moves, if it is one of this side.
+void add_diagonal(const ContactSide& pushed, const Response& response, const Eigen::Matrix3d& press,
+                  double factor, int row, Eigen::Matrix3Xd& blocks) {
   if (pushed.body != bodies::kNoUnknown) {
-    if (wanted(pushed.body))
-      blocks.push_back({pushed.body, column, factor * pushed.sign * response.topRows<3>()});
-    if (wanted(pushed.body + 3))
-      blocks.push_back({pushed.body + 3, column, factor * torque_of(pushed, response, press)});
+    if (row == pushed.body)
+      blocks.middleCols<3>(row) += factor * pushed.sign * response.topRows<3>();
+    if (row == pushed.body + 3)
+      blocks.middleCols<3>(row) += factor * torque_of(pushed, response, press);
     return;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(pushed.node_count); ++i)
-    if (wanted(pushed.unknowns[i]))
-      blocks.push_back({pushed.unknowns[i], column,
-                        factor * pushed.sign * pushed.weights[i] * response.topRows<3>()});
+    if (row == pushed.unknowns[i])
+      blocks.middleCols<3>(row) += factor * pushed.sign * pushed.weights[i] * response.topRows<3>();
 }
 
 }  // namespace
@@ -181,29 +179,24 @@ void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::
                      lever_turns(*side, jacobian, x.segment<3>(side->body + 3)));
 }
 
-void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
-                std::vector<JacobianBlock>& blocks) {
+void add_diagonal(const ContactJacobian& jacobian, double stage_s, Eigen::Matrix3Xd& blocks) {
   for (const ContactSide* moved : {&jacobian.a, &jacobian.b}) {
     if (!moved->moves()) continue;
     const SideResponse response = response_of(jacobian, *moved, stage_s);
     for (const ContactSide* pushed : {&jacobian.a, &jacobian.b}) {
       if (moved->body == bodies::kNoUnknown) {
         for (std::size_t i = 0; i < static_cast<std::size_t>(moved->node_count); ++i)
-          add_column(*pushed, response.linear, response.press_linear, -stage_s * moved->weights[i],
-                     moved->unknowns[i], diagonal_only, blocks);
+          add_diagonal(*pushed, response.linear, response.press_linear,
+                       -stage_s * moved->weights[i], moved->unknowns[i], blocks);
         continue;
       }
-      add_column(*pushed, response.linear, response.press_linear, -stage_s, moved->body,
-                 diagonal_only, blocks);
-      add_column(*pushed, response.spin, response.press_spin, -stage_s, moved->body + 3,
-                 diagonal_only, blocks);
+      add_diagonal(*pushed, response.linear, response.press_linear, -stage_s, moved->body, blocks);
+      add_diagonal(*pushed, response.spin, response.press_spin, -stage_s, moved->body + 3, blocks);
     }
-    if (jacobian.is_exact && moved->body != bodies::kNoUnknown) {
-      Eigen::Matrix3d own;
+    if (jacobian.is_exact && moved->body != bodies::kNoUnknown)
       for (int i = 0; i < 3; ++i)
-        own.col(i) = -stage_s * lever_turns(*moved, jacobian, Eigen::Vector3d::Unit(i));
-      blocks.push_back({moved->body + 3, moved->body + 3, own});
-    }
+        blocks.col(moved->body + 3 + i) -=
+            stage_s * lever_turns(*moved, jacobian, Eigen::Vector3d::Unit(i));
   }
 }
 

@@ -61,13 +61,7 @@ struct ContactJacobian {
 void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y);
 
-/// A block of a Jacobian by its first row and column.
-struct JacobianBlock {
-  int row, column;
-  Eigen::Matrix3d block;
-};
-/// Appends the same by blocks, or only those on the diagonal; a place may come several times.
-void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
-                std::vector<JacobianBlock>& blocks);
+/// Adds its blocks on the diagonal to those of all unknowns, side by side.
+void add_diagonal(const ContactJacobian& jacobian, double stage_s, Eigen::Matrix3Xd& blocks);
 
 }  // namespace stillgrid::dynamics

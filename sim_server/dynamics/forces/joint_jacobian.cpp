@@ -134,16 +134,12 @@ void multiply_add(const JointJacobian& jacobian, const Eigen::VectorXd& x, Eigen
       y.segment<3>(unknown) += change.segment<3>(3 * k);
 }
 
-void add_blocks(const JointJacobian& jacobian, bool diagonal_only,
-                std::vector<JacobianBlock>& blocks) {
-  for (Eigen::Index i = 0; i < 4; ++i)
-    for (Eigen::Index k = 0; k < 4; ++k) {
-      const int row = jacobian.unknowns[static_cast<std::size_t>(i)];
-      const int column = jacobian.unknowns[static_cast<std::size_t>(k)];
-      if (row == bodies::kNoUnknown || column == bodies::kNoUnknown) continue;
-      if (!diagonal_only || i == k)
-        blocks.push_back({row, column, jacobian.change.block<3, 3>(3 * i, 3 * k)});
-    }
+void add_diagonal(const JointJacobian& jacobian, Eigen::Matrix3Xd& blocks) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const int row = jacobian.unknowns[static_cast<std::size_t>(i)];
+    if (row != bodies::kNoUnknown)
+      blocks.middleCols<3>(row) += jacobian.change.block<3, 3>(3 * i, 3 * i);
+  }
 }
 
 }  // namespace stillgrid::dynamics

@@ -35,8 +35,7 @@ struct JointJacobian {
 /// y += Jacobian x.
 void multiply_add(const JointJacobian& jacobian, const Eigen::VectorXd& x, Eigen::VectorXd& y);
 
-/// Appends the same by blocks, or only those on the diagonal.
-void add_blocks(const JointJacobian& jacobian, bool diagonal_only,
-                std::vector<JacobianBlock>& blocks);
+/// Adds its blocks on the diagonal to those of all unknowns, side by side.
+void add_diagonal(const JointJacobian& jacobian, Eigen::Matrix3Xd& blocks);
 
 }  // namespace stillgrid::dynamics

@@ -26,12 +26,12 @@ void MechanicalSystem::fill_triangle(JacobianKind kind) {
     diagonal_.middleCols<3>(i) = triangle_.diagonal(static_cast<int>(i / 3));
 }
 
-void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double contact_step_s) {
+void MechanicalSystem::linearise(JacobianKind kind, double stage_s) {
   is_exact_ = kind == JacobianKind::kExact;
   stage_s_ = stage_s;
   add_inertia_jacobians(kind);
   add_joint_jacobians(kind);
-  add_contact_jacobians(kind, contact_step_s);
+  add_contact_jacobians(kind);
   diagonal_.setZero(3, size());
   const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
     if (unknown != bodies::kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
@@ -48,11 +48,9 @@ void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double conta
     if (links_.empty()) find_links();
     fill_triangle(kind);
   }
-  rest_blocks_.clear();
-  for (const JointJacobian& joint : joint_jacobians_) add_blocks(joint, true, rest_blocks_);
+  for (const JointJacobian& joint : joint_jacobians_) add_diagonal(joint, diagonal_);
   for (const ContactJacobian& contact : contact_jacobians_)
-    add_blocks(contact, stage_s, true, rest_blocks_);
-  for (const JacobianBlock& own : rest_blocks_) add(own.row, own.block);
+    add_diagonal(contact, stage_s, diagonal_);
 }
 
 void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
@@ -70,40 +68,6 @@ void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) co
 void MechanicalSystem::add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   for (const JointJacobian& joint : joint_jacobians_) multiply_add(joint, x, y);
   for (const ContactJacobian& contact : contact_jacobians_) multiply_add(contact, stage_s_, x, y);
-}
-
-void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contact_step_s,
-                                Eigen::SparseMatrix<double>& matrix) {
-  stage_s_ = stage_s;
-  add_inertia_jacobians(kind);
-  add_spring_jacobians(kind);
-  add_joint_jacobians(kind);
-  add_contact_jacobians(kind, contact_step_s);
-  blocks_.reset(size());
-  for (const InertiaJacobian& own : inertia_jacobians_)
-    blocks_.add(own.unknown, own.unknown, own.block);
-  for (const SpringJacobian& spring : spring_jacobians_) {
-    const Eigen::Matrix3d block = spring.block();
-    if (spring.a != bodies::kNoUnknown) blocks_.add(spring.a, spring.a, block);
-    if (spring.b != bodies::kNoUnknown) blocks_.add(spring.b, spring.b, block);
-    if (spring.a == bodies::kNoUnknown || spring.b == bodies::kNoUnknown) continue;
-    blocks_.add(spring.a, spring.b, -block);
-    blocks_.add(spring.b, spring.a, -block);
-  }
-  const auto add_rest = [&] {
-    for (const JacobianBlock& own : rest_blocks_) blocks_.add(own.row, own.column, own.block);
-    rest_blocks_.clear();
-  };
-  rest_blocks_.clear();
-  for (const JointJacobian& joint : joint_jacobians_) {
-    add_blocks(joint, false, rest_blocks_);
-    add_rest();
-  }
-  for (const ContactJacobian& contact : contact_jacobians_) {
-    add_blocks(contact, stage_s, false, rest_blocks_);
-    add_rest();
-  }
-  blocks_.write_to(matrix);
 }
 
 void MechanicalSystem::add_spring_jacobians(JacobianKind kind) {
@@ -133,7 +97,7 @@ void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {
   }
 }
 
-void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_step_s) {
+void MechanicalSystem::add_contact_jacobians(JacobianKind kind) {
   contact_jacobians_.clear();
   const auto side = [&](const bodies::SphereBinding& sphere, double sign, double share) {
     ContactSide own = contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_, sphere, sign, share);
@@ -151,7 +115,7 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
     const contact::Contact& contact = contact_at(candidate, room);
     contact::ContactDerivatives jacobians;
     const contact::ContactForce force =
-        contact::contact_force(contact, motion_of(candidate), contact_step_s, &jacobians);
+        contact::contact_force(contact, motion_of(candidate), stage_s_, &jacobians);
     if (!force.touching) continue;
     const contact::ContactShares shares = contact::contact_shares(contact);
     ContactJacobian& own =

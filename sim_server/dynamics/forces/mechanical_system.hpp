@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,7 +8,6 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/contact/field_touch.hpp"
-#include "sim_server/dynamics/forces/block_matrix.hpp"
 #include "sim_server/dynamics/forces/contact_jacobian.hpp"
 #include "sim_server/dynamics/forces/joint_jacobian.hpp"
 #include "sim_server/dynamics/forces/spring_jacobian.hpp"
@@ -83,13 +81,10 @@ class MechanicalSystem {
   [[nodiscard]] double energy_J();
 
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
-  /// change by stage_s and 1 a unit of u: the Jacobian of an implicit stage. contact_step_s: as of
-  /// force(), not zero.
-  void jacobian(JacobianKind kind, double stage_s, double contact_step_s,
-                Eigen::SparseMatrix<double>& matrix);
-
-  /// The same as an operator: takes the Jacobian here, for multiply() and block_diagonal().
-  void linearise(JacobianKind kind, double stage_s, double contact_step_s);
+  /// change by stage_s and 1 a unit of u: computes the Jacobian of an implicit stage as an
+  /// operator, for multiply() and block_diagonal(). Contacts' dampers act over stage_s, which is
+  /// not zero.
+  void linearise(JacobianKind kind, double stage_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
   /// Masses and springs of it, where it was not exact; joints and contacts are the rest.
@@ -122,7 +117,7 @@ class MechanicalSystem {
   void find_links();
   void fill_triangle(JacobianKind kind);
   void add_inertia_jacobians(JacobianKind kind);
-  void add_contact_jacobians(JacobianKind kind, double contact_step_s);
+  void add_contact_jacobians(JacobianKind kind);
   void find_touching();
 
   /// A contact with a side awake, as little of it as tells whether it touches.
@@ -183,12 +178,10 @@ class MechanicalSystem {
   std::vector<JointJacobian> joint_jacobians_;
   std::vector<ContactJacobian> contact_jacobians_;
   std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
-  std::vector<JacobianBlock> rest_blocks_;
   Eigen::Matrix3Xd diagonal_;
   bool is_exact_ = false;
   std::vector<BlockTriangle::Link> links_;  // of springs_, those between two that move
   BlockTriangle triangle_;
-  BlockMatrix blocks_;
 };
 
 }  // namespace stillgrid::dynamics

@@ -49,11 +49,6 @@ IntegratorTraits ExplicitIntegrator::traits() const noexcept {
   return traits;
 }
 
-ExplicitIntegrator::ExplicitIntegrator(const scene::Method& method)
-    : ExplicitIntegrator(method, method.integrator == scene::IntegratorKind::kVelocityVerlet
-                                     ? Drifts{0.5, 0.5}
-                                     : Drifts{0.0, 1.0}) {}
-
 SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
@@ -70,8 +65,7 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
     contact_rate_per_s2_ = 0.0;
     substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
     const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
-    // Drifts of zero: what apply() does is no kick.
-    const bool is_free = contacts.empty() && world.joints.empty() && drifts_.after > 0.0;
+    const bool is_free = contacts.empty() && world.joints.empty();
     report = is_free ? move_freely(world, duration_s, budget)
                      : move(world, duration_s, may_halve, budget);
     if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
@@ -87,22 +81,21 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
                                      const Budget& budget) {
   const double substep_s = duration_s / substeps_;
   SolveReport report{.converged = true};
-  drift_to_substep(world, substep_s);
-  double due_s = drifts_.before * substep_s;
+  double due_s = 0.5 * substep_s;
   for (; report.iterations < substeps_; ++report.iterations) {
     if (budget.is_late()) {
       report.converged = false;
       break;
     }
     drift(world, due_s);
-    due_s = (drifts_.after + drifts_.before) * substep_s;
-    const ContactSolve solve = substep(world, (report.iterations + drifts_.before) * substep_s,
-                                       substep_s, duration_s, budget);
+    due_s = substep_s;
+    const ContactSolve solve =
+        substep(world, (report.iterations + 0.5) * substep_s, substep_s, duration_s, budget);
     if (solve.converged) continue;
     report.converged = false;
     if (may_halve || solve.late) break;
   }
-  drift(world, due_s - drifts_.before * substep_s);
+  drift(world, due_s - 0.5 * substep_s);
   return report;
 }
 
@@ -111,14 +104,12 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
 SolveReport ExplicitIntegrator::move_freely(const bodies::World& world, double duration_s,
                                             const Budget& budget) {
   const double substep_s = duration_s / substeps_;
-  const double before_s = drifts_.before * substep_s;
-  const double due_s = (drifts_.after + drifts_.before) * substep_s;
+  const double half_s = 0.5 * substep_s;
   SolveReport report{.converged = true};
-  drift_to_substep(world, substep_s);
   // Takes what contacts held that are gone.
   contacts_.begin(0.0, duration_s, substep_s, world.gravity_m_s2, state_);
   (void)contacts_.solve(substep_s, budget, state_, flow_);
-  drift(world, before_s);
+  drift(world, half_s);
   springs_->take(world, state_);
   for (; report.iterations < substeps_; ++report.iterations) {
     if (budget.is_late()) {
@@ -126,27 +117,19 @@ SolveReport ExplicitIntegrator::move_freely(const bodies::World& world, double d
       break;
     }
     const bool last = report.iterations + 1 == substeps_;
-    const Move move{.kick_s = substep_s, .drift_s = last ? due_s - before_s : due_s};
+    const Move move{.kick_s = substep_s, .drift_s = last ? half_s : substep_s};
     flow_.spring_damping_J += substep_s * springs_->move(world, move, state_);
     kick_rigid(world, move.kick_s);
     drift_rigid(move.drift_s);
   }
   springs_->give(world, state_);
-  if (!report.converged) drift(world, -before_s);
+  if (!report.converged) drift(world, -half_s);
   return report;
-}
-
-/// Positions of symplectic Euler are ahead by half a substep: also of one that is longer or shorter
-/// than the last, or contacts would not begin where they ended.
-void ExplicitIntegrator::drift_to_substep(const bodies::World& world, double substep_s) {
-  const double last_s = kept_substep_s_ > 0.0 ? kept_substep_s_ : substep_s;
-  drift(world, 0.5 * (drifts_.after - drifts_.before) * (substep_s - last_s));
 }
 
 void ExplicitIntegrator::commit(bodies::World& world, double duration_s) {
   Integrator::commit(world, duration_s);
   contacts_.keep();
-  kept_substep_s_ = duration_s / substeps_;
   kept_contact_rate_per_s2_ = contact_rate_per_s2_;
 }
 
@@ -167,7 +150,6 @@ void ExplicitIntegrator::restart() {
   springs_.reset();
   spectrum_.restart();
   since_look_ = kNeverLooked;
-  kept_substep_s_ = 0.0;
 }
 
 int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
@@ -202,15 +184,11 @@ ContactSolve ExplicitIntegrator::substep(const bodies::World& world, double at_s
   flow_.spring_damping_J += substep_s * joints.damping_W;
   flow_.given_J += substep_s * joints.given_W;
   contacts_.begin(at_s / step_s, step_s, substep_s, world.gravity_m_s2, state_);
-  apply(world, substep_s);
+  kick(world, substep_s);
   const ContactSolve solve = contacts_.solve(substep_s, budget, state_, flow_);
   contact_rate_per_s2_ =
       std::max(contact_rate_per_s2_, solve.stiffness_ratio / (substep_s * substep_s));
   return solve;
-}
-
-void ExplicitIntegrator::apply(const bodies::World& world, double substep_s) {
-  kick(world, substep_s);
 }
 
 void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {

@@ -12,11 +12,10 @@
 
 namespace stillgrid::dynamics {
 
-/// Explicit integration in substeps: v += h a(x, v), then x += h v by the new velocities
-/// (symplectic Euler). Velocity Verlet moves x by half of h before and by half after: forces are
-/// those of the substep's middle, of second order but for springs' dampers.
+/// Velocity Verlet in substeps h: x += h/2 v, v += h a(x, v), x += h/2 v. Forces are those of the
+/// substep's middle: of second order but for springs' dampers.
 ///
-/// With dampers both are stable where h^2 lambda_K + 2 h lambda_C < 4, for the largest eigenvalues
+/// With dampers it is stable where h^2 lambda_K + 2 h lambda_C < 4, for the largest eigenvalues
 /// of M^-1 K and M^-1 C of the springs; contacts are held by ContactCore, which asks for no
 /// substeps. Without a given number of substeps there are as many as that asks, and twice as many
 /// where contacts cannot be solved. Rigid bodies carry their angular momentum, so that a free one
@@ -24,7 +23,7 @@ namespace stillgrid::dynamics {
 class ExplicitIntegrator : public Integrator {
  public:
   /// Pre: is_explicit(method.integrator).
-  explicit ExplicitIntegrator(const scene::Method& method);
+  explicit ExplicitIntegrator(const scene::Method& method) : method_(method) {}
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override;
 
@@ -42,28 +41,14 @@ class ExplicitIntegrator : public Integrator {
   /// Of the last advance().
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
 
- protected:
-  /// Shares of a substep for which velocities move positions: before forces are looked at, and
-  /// after they changed the velocities.
-  struct Drifts {
-    double before, after;
-  };
-  ExplicitIntegrator(const scene::Method& method, const Drifts& drifts)
-      : method_(method), drifts_(drifts) {}
-
-  /// What a substep makes of the forces of all but contacts: by default a kick.
-  virtual void apply(const bodies::World& world, double substep_s);
-  /// Forces change velocities; these move what they are of.
+ private:
   void kick(const bodies::World& world, double kick_s);
   void drift(const bodies::World& world, double drift_s);
-
- private:
   void pack(const bodies::World& world);
   [[nodiscard]] int substeps_for(const bodies::World& world, double duration_s);
   SolveReport move(const bodies::World& world, double duration_s, bool may_halve,
                    const Budget& budget);
   SolveReport move_freely(const bodies::World& world, double duration_s, const Budget& budget);
-  void drift_to_substep(const bodies::World& world, double substep_s);
   void kick_rigid(const bodies::World& world, double kick_s);
   void drift_rigid(double drift_s);
   ContactSolve substep(const bodies::World& world, double at_s, double substep_s, double step_s,
@@ -75,7 +60,6 @@ class ExplicitIntegrator : public Integrator {
   void for_each_free(const Work& work);
 
   scene::Method method_;
-  Drifts drifts_;
   const Workers* workers_ = &Workers::alone();
   std::optional<SpringForces> springs_;
   std::optional<JointSpectrum> joints_;
@@ -84,7 +68,6 @@ class ExplicitIntegrator : public Integrator {
   SpringRates rates_;
   int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
   ContactCore contacts_;
-  double kept_substep_s_ = 0.0;  // of the last advance() that counts; 0: none
   // Of what touched in the last advance(), and in the last that counts.
   double contact_rate_per_s2_ = 0.0, kept_contact_rate_per_s2_ = 0.0;
   ExplicitState state_;

@@ -6,31 +6,9 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kMaxGrowth = 2.0;      // of BDF2's steps; it is stable up to 1 + sqrt 2
 constexpr std::size_t kMaxBrakes = 24;  // of a step that did not converge
 
 }  // namespace
-
-StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double duration_s) {
-  StageRule rule = implicit_euler_rule(system_, duration_s);
-  start_momentum_ = rule.momentum;
-  if (kind_ == scene::IntegratorKind::kTrapezoid) {
-    rule.stage_s = rule.contact_step_s = 0.5 * duration_s;
-    rule.displacement = rule.stage_s * start_velocity;
-    Eigen::VectorXd force;
-    system_.force(rule.contact_step_s, force);
-    rule.momentum += rule.stage_s * force;
-  }
-  if (kind_ == scene::IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
-      duration_s <= kMaxGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
-    const double growth = duration_s / history_.duration_s;
-    const double weight = growth * growth / (1.0 + 2.0 * growth);
-    rule.stage_s = duration_s * (1.0 + growth) / (1.0 + 2.0 * growth);
-    rule.displacement = weight * history_.displacement;
-    rule.momentum += weight * (rule.momentum - history_.momentum);
-  }
-  return rule;
-}
 
 SolveReport ImplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
@@ -38,14 +16,13 @@ SolveReport ImplicitIntegrator::advance(const bodies::World& world,
   take(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
   velocity_ = start_velocity;
-  const StageRule own = rule(start_velocity, duration_s);
-  ImplicitStage stage(system_, own);
+  ImplicitStage stage(system_, duration_s);
   const SolveReport report = solver_->solve(stage, velocity_, budget);
   displacement_ = stage.displacement();
   is_true_ = report.converged;
   if (!is_true_ && budget.is_stopped()) return report;
   if (!is_true_) make_safe(start_velocity, duration_s);
-  end_with(contacts, own.contact_step_s);
+  end_with(contacts, duration_s);
   return report;
 }
 
@@ -54,14 +31,13 @@ SolveReport ImplicitIntegrator::correct(const bodies::World& world,
                                         double duration_s, Budget& budget) {
   if (!is_true_) return {};
   take(world, contacts);
-  const StageRule own = rule(system_.velocity(), duration_s);
-  ImplicitStage stage(system_, own);
+  ImplicitStage stage(system_, duration_s);
   Eigen::VectorXd velocity = velocity_;
   const SolveReport report = solver_->solve(stage, velocity, budget);
   if (!report.converged) return report;
   velocity_.swap(velocity);
   displacement_ = stage.displacement();
-  end_with(contacts, own.contact_step_s);
+  end_with(contacts, duration_s);
   return report;
 }
 
@@ -70,15 +46,12 @@ void ImplicitIntegrator::take(const bodies::World& world,
                               std::span<const contact::Contact> contacts) {
   memories_.take(world, contacts);
   memories_.stretches(contacts, stretches_m_);
-  // The trapezoid's end has half of the step only.
-  system_.take(world, contacts, stretches_m_,
-               kind_ == scene::IntegratorKind::kTrapezoid ? Levers::kAtEnd : Levers::kMean);
+  system_.take(world, contacts, stretches_m_, Levers::kMean);
 }
 
 /// The step ends where the system is placed: the trial, and what the memories become.
-void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts,
-                                  double contact_step_s) {
-  system_.stretches(contact_step_s, ended_m_);
+void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts, double duration_s) {
+  system_.stretches(duration_s, ended_m_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const std::uint32_t contact = memories_.places()[i].contact;
     memories_[i].stretch_m = is_turned(contacts[contact]) ? -ended_m_[contact] : ended_m_[contact];
@@ -113,10 +86,6 @@ void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
 void ImplicitIntegrator::commit(bodies::World& world, double duration_s) {
   Integrator::commit(world, duration_s);
   memories_.keep();
-  history_.duration_s = is_true_ ? duration_s : 0.0;  // a brake is no motion to go on with
-  history_.displacement.swap(displacement_);
-  history_.momentum.swap(start_momentum_);
-  history_.end_velocity.swap(velocity_);
 }
 
 }  // namespace stillgrid::dynamics

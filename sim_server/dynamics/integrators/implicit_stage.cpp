@@ -5,9 +5,9 @@
 namespace stillgrid::dynamics {
 
 StageRule implicit_euler_rule(MechanicalSystem& system, double end_s) {
-  StageRule rule{Eigen::VectorXd::Zero(system.size()), {}, end_s, end_s, end_s};
+  StageRule rule{.momentum = {}, .stage_s = end_s, .end_s = end_s};
   const Eigen::VectorXd velocity = system.velocity();
-  system.place(rule.displacement, velocity, 0.0, 0.0);
+  system.place(Eigen::VectorXd::Zero(system.size()), velocity, 0.0, 0.0);
   system.momentum(velocity, rule.momentum);
   return rule;
 }
@@ -19,15 +19,11 @@ ImplicitStage::ImplicitStage(MechanicalSystem& system, double step_s)
     : ImplicitStage(system, implicit_euler_rule(system, step_s)) {}
 
 void ImplicitStage::residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) {
-  displacement_ = rule_.displacement + rule_.stage_s * u;
+  displacement_ = rule_.stage_s * u;
   system_.place(displacement_, u, rule_.end_s);
   system_.momentum(u, residual);
-  system_.force(rule_.contact_step_s, force_);
+  system_.force(rule_.stage_s, force_);
   residual -= rule_.momentum + rule_.stage_s * force_;
-}
-
-void ImplicitStage::jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) {
-  system_.jacobian(kind, rule_.stage_s, rule_.contact_step_s, matrix);
 }
 
 void ImplicitStage::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {

@@ -7,22 +7,22 @@
 
 namespace stillgrid::dynamics {
 
-/// What an implicit method makes of a step: q* (a displacement from the world's configuration), p*
-/// (a momentum), s and the time over which contacts' dampers act.
+/// A step of implicit Euler, or of a method that solves the same equations: p* (a momentum), s and
+/// the end of the stage.
 struct StageRule {
-  Eigen::VectorXd displacement, momentum;
-  double stage_s = 0.0;         // s
-  double end_s = 0.0;           // from the world's time to the stage's
-  double contact_step_s = 0.0;  // a deepening over it is the dampers' rate
+  Eigen::VectorXd momentum;
+  double stage_s = 0.0;
+  double end_s = 0.0;  // from the world's time to the stage's
 };
 
-/// Implicit Euler's over end_s: q* = 0, p* the world's momentum, s = end_s. Leaves the system at
-/// the world's own state.
+/// Implicit Euler's over end_s: p* is the world's momentum, s = end_s. Leaves the system at the
+/// world's own state.
 [[nodiscard]] StageRule implicit_euler_rule(MechanicalSystem& system, double end_s);
 
 /// One stage of an implicit method, in the velocities u at its end:
-///   r(u) = M(q1) u - p* - s f(t1, q1, u) = 0,   q1 = q* + s u.
+///   r(u) = M(q1) u - p* - s f(t1, q1, u) = 0,   q1 = s u from the world's configuration.
 /// For rotations the balance is that of angular momentum itself: the gyroscopic term is in it.
+/// Contacts' dampers act over s.
 class ImplicitStage : public NonlinearSystem {
  public:
   /// Pre: the system outlives it. rule.stage_s > 0.
@@ -32,10 +32,7 @@ class ImplicitStage : public NonlinearSystem {
 
   [[nodiscard]] Eigen::Index size() const override { return system_.size(); }
   void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override;
-  void jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) override;
-  void linearise(JacobianKind kind) override {
-    system_.linearise(kind, rule_.stage_s, rule_.contact_step_s);
-  }
+  void linearise(JacobianKind kind) override { system_.linearise(kind, rule_.stage_s); }
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override;
   [[nodiscard]] BlockTriangle& triangle() override { return system_.triangle(); }
@@ -49,7 +46,7 @@ class ImplicitStage : public NonlinearSystem {
   /// The velocities at the step's start: a first guess.
   [[nodiscard]] Eigen::VectorXd initial_guess() const { return system_.velocity(); }
 
-  /// q* + s u, where the last residual() was.
+  /// s u, where the last residual() was.
   [[nodiscard]] const Eigen::VectorXd& displacement() const { return displacement_; }
 
  private:

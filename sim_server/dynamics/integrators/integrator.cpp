@@ -6,15 +6,6 @@
 #include "sim_server/dynamics/solvers/newton.hpp"
 
 namespace stillgrid::dynamics {
-namespace {
-
-std::unique_ptr<NonlinearSolver> make_solver(const scene::Method& method) {
-  if (method.solver.make != nullptr) return method.solver.make(method.tolerance_m_s);
-  return std::make_unique<NewtonSolver>(method.solver, method.tolerance_m_s);
-}
-
-}  // namespace
-
 void Integrator::commit(bodies::World& world, double duration_s) {
   world.nodes = trial_.nodes;
   world.rigid_bodies = trial_.rigid_bodies;
@@ -25,7 +16,7 @@ std::unique_ptr<Integrator> make_integrator(const scene::Method& method) {
   if (method.integrator.make != nullptr) return method.integrator.make(method);
   if (scene::is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
   if (scene::chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
-  return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
+  return std::make_unique<ImplicitIntegrator>(std::make_unique<NewtonSolver>(method.tolerance_m_s));
 }
 
 }  // namespace stillgrid::dynamics

@@ -203,7 +203,7 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
 
   for (contact::Contact& contact : contacts) date_back(contact, gamma_s);
   StageRule rule;
-  rule.stage_s = rule.contact_step_s = gamma_s;
+  rule.stage_s = gamma_s;
   rule.end_s = loaded_s;
   ImplicitStage stage(system, rule);
   // The solver's norm is of momenta: where a spin weighs little it must look closer.

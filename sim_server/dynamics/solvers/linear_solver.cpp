@@ -1,18 +1,10 @@
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <future>
-#include <thread>
-#include <utility>
 
 namespace stillgrid::dynamics {
 namespace {
-
-/// Entries of a matrix whose factorisation may take ten milliseconds and more.
-constexpr Eigen::Index kLongFactorisation = 200'000;
 
 int most_iterations(Eigen::Index size) {
   return static_cast<int>(2 * size) + 20;
@@ -24,58 +16,6 @@ bool is_late(const Budget& budget, int iteration) {
 }
 
 }  // namespace
-
-bool DirectLinearSolver::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
-  const int* const outer_begin = matrix.outerIndexPtr();
-  const int* const outer_end = outer_begin + matrix.outerSize() + 1;
-  const int* const inner_begin = matrix.innerIndexPtr();
-  const int* const inner_end = inner_begin + matrix.nonZeros();
-  if (std::equal(outer_begin, outer_end, outer.begin(), outer.end()) &&
-      std::equal(inner_begin, inner_end, inner.begin(), inner.end()))
-    return false;
-  outer.assign(outer_begin, outer_end);
-  inner.assign(inner_begin, inner_end);
-  return true;
-}
-
-bool DirectLinearSolver::Factors::factorise(JacobianKind kind) {
-  if (kind == JacobianKind::kExact) {
-    if (lu_pattern.take(matrix)) lu.analyzePattern(matrix);
-    lu.factorize(matrix);
-    return lu.info() == Eigen::Success;
-  }
-  if (cholesky_pattern.take(matrix)) cholesky.analyzePattern(matrix);
-  cholesky.factorize(matrix);
-  return cholesky.info() == Eigen::Success && (cholesky.vectorD().array() > 0.0).all();
-}
-
-bool DirectLinearSolver::factorise(JacobianKind kind, const Budget& budget) {
-  if (budget.stop == nullptr || factors_->matrix.nonZeros() < kLongFactorisation)
-    return factors_->factorise(kind);
-  if (budget.is_stopped()) return false;
-  std::packaged_task<bool()> task([factors = factors_, kind] { return factors->factorise(kind); });
-  std::future<bool> done = task.get_future();
-  std::thread(std::move(task)).detach();
-  while (done.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
-    if (!budget.is_stopped()) continue;
-    factors_ = std::make_shared<Factors>();
-    return false;
-  }
-  return done.get();
-}
-
-bool DirectLinearSolver::solve(NonlinearSystem& system, JacobianKind kind,
-                               const Eigen::VectorXd& residual, double, const Budget& budget,
-                               Eigen::VectorXd& step) {
-  if (budget.is_stopped()) return false;
-  system.jacobian(kind, factors_->matrix);
-  if (!factorise(kind, budget)) return false;
-  if (kind == JacobianKind::kExact)
-    step = factors_->lu.solve(residual);
-  else
-    step = factors_->cholesky.solve(residual);
-  return step.allFinite();
-}
 
 bool KrylovLinearSolver::solve(NonlinearSystem& system, JacobianKind kind,
                                const Eigen::VectorXd& residual, double accuracy,
@@ -119,6 +59,7 @@ void KrylovLinearSolver::multiply_split(NonlinearSystem& system, const Eigen::Ve
   }
   triangle.solve_lower(left_, product_);
   product_ += solved_;
+  ++products_;
 }
 
 bool KrylovLinearSolver::conjugate_gradients(NonlinearSystem& system,
@@ -170,6 +111,7 @@ bool KrylovLinearSolver::bicgstab(NonlinearSystem& system, const Eigen::VectorXd
     rest_ -= length * product_;
     precondition(rest_, second_);
     system.multiply(second_, second_product_);
+    products_ += 2;
     const double norm2 = second_product_.squaredNorm();
     const double second_length = norm2 > 0.0 ? second_product_.dot(rest_) / norm2 : 0.0;
     step += second_length * second_;

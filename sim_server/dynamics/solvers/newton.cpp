@@ -1,7 +1,6 @@
 #include "sim_server/dynamics/solvers/newton.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 namespace stillgrid::dynamics {
@@ -19,23 +18,13 @@ constexpr double kFirstAccuracy = 0.1;
 
 }  // namespace
 
-NewtonSolver::NewtonSolver(const scene::SolverKind& kind, double tolerance)
-    : exact_first_(kind == scene::SolverKind::kNewtonLu ||
-                   kind == scene::SolverKind::kNewtonBicgstab),
-      tolerance_(tolerance) {
-  assert(kind.make == nullptr);
-  if (kind.factorises)
-    linear_solver_ = std::make_unique<DirectLinearSolver>();
-  else
-    linear_solver_ = std::make_unique<KrylovLinearSolver>();
-}
-
 SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
   residual_.resize(u.size());
   trial_residual_.resize(u.size());
   system.residual(u, residual_);
   error_ = scaled_rms(system, residual_);
   SolveReport report;
+  const long products_before = linear_solver_.products();
   double try_exact_below = INFINITY;
   double least_error = error_;
   int slow_in_row = 0, left_much = 0;
@@ -47,7 +36,7 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
     --budget.iterations;
     accuracy_ = std::clamp(accuracy_, std::min(0.5 * tolerance_ / error_, 0.1), 0.1);
     const double before = error_;
-    const bool wanted = exact_first_ || slow_in_row >= kSlowInRow || left_much >= kTryAgain;
+    const bool wanted = slow_in_row >= kSlowInRow || left_much >= kTryAgain;
     const bool try_exact = wanted && error_ < try_exact_below;
     if (try_exact) left_much = 0;
     if (!try_exact || !exact_step(system, u, budget)) {
@@ -72,6 +61,7 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   }
   report.residual = least_error;
   report.converged = least_error <= tolerance_;
+  report.products = linear_solver_.products() - products_before;
   return report;
 }
 
@@ -90,7 +80,7 @@ void NewtonSolver::take_trial(Eigen::VectorXd& u) {
 }
 
 bool NewtonSolver::exact_step(NonlinearSystem& system, Eigen::VectorXd& u, const Budget& budget) {
-  if (!linear_solver_->solve(system, JacobianKind::kExact, residual_, accuracy_, budget, step_))
+  if (!linear_solver_.solve(system, JacobianKind::kExact, residual_, accuracy_, budget, step_))
     return false;
   // A step against which the residual does not work leads uphill, to a saddle perhaps.
   if (!(step_.dot(residual_) > 0.0)) return false;
@@ -104,10 +94,9 @@ bool NewtonSolver::exact_step(NonlinearSystem& system, Eigen::VectorXd& u, const
 
 bool NewtonSolver::descent_step(NonlinearSystem& system, Eigen::VectorXd& u, const Budget& budget) {
   const bool symmetric =
-      !exact_first_ &&
-      linear_solver_->solve(system, JacobianKind::kSymmetric, residual_, accuracy_, budget, step_);
+      linear_solver_.solve(system, JacobianKind::kSymmetric, residual_, accuracy_, budget, step_);
   if (!symmetric &&
-      !linear_solver_->solve(system, JacobianKind::kDefinite, residual_, accuracy_, budget, step_))
+      !linear_solver_.solve(system, JacobianKind::kDefinite, residual_, accuracy_, budget, step_))
     return false;
 
   // step . residual is the Jacobian along the step; past the valley it turns negative. Regula falsi

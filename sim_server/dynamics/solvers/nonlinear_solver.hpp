@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 
 #include "sim_server/dynamics/solvers/block_triangle.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
@@ -33,11 +32,7 @@ class NonlinearSystem {
   /// r(u). Pre: residual.size() == u.size() == size().
   virtual void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) = 0;
 
-  /// dr/du at the u of the last residual().
-  virtual void jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) = 0;
-
-  /// Takes dr/du at the u of the last residual() for what follows, without forming the whole
-  /// matrix.
+  /// Computes dr/du at the u of the last residual() as an operator, for the functions below.
   virtual void linearise(JacobianKind kind) = 0;
 
   /// y = dr/du x, of the last linearise(). Pre: x.size() == size(), x and y are not the same.
@@ -70,6 +65,7 @@ class NonlinearSystem {
 struct SolveReport {
   bool converged = false;
   int iterations = 0;
+  long products = 0;  // with the Jacobian
   double residual = 0.0;
 };
 

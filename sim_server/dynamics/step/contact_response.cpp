@@ -189,7 +189,7 @@ void ContactResponse::find(const bodies::World& world, const MechanicalSystem& s
 
 /// Over half the step dampers resist half as much, springs a quarter.
 void ContactResponse::find_damping(MechanicalSystem& system, double step_s) {
-  system.linearise(JacobianKind::kDefinite, 0.5 * step_s, 0.5 * step_s);
+  system.linearise(JacobianKind::kDefinite, 0.5 * step_s);
   Eigen::VectorXd resisted(system.size());
   for (std::size_t mode = 0; mode < modes_.size(); ++mode) {
     system.multiply(motions_[mode], resisted);

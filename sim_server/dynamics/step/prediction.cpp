@@ -93,8 +93,7 @@ bool is_kinematic(const bodies::World& world, const bodies::SphereBinding& spher
 
 }  // namespace
 
-Prediction::Prediction(bool is_explicit)
-    : is_explicit_(is_explicit), solver_(scene::SolverKind::kNewtonCg, kTolerance_m_s) {}
+Prediction::Prediction(bool is_explicit) : is_explicit_(is_explicit), solver_(kTolerance_m_s) {}
 
 void Prediction::take_contacts(const bodies::World& world,
                                std::span<const contact::Contact> contacts,

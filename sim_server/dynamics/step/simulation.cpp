@@ -246,6 +246,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
+  report.solve.products += solve.products;
   if (traits_.solves) budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
   if (budget.is_stopped() || (!solve.converged && !part.must_advance)) return {};
@@ -319,6 +320,7 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   const double duration_s = step.length_s * (part.end - part.start);
   const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
   solve.iterations += again.iterations;
+  solve.products += again.products;
   if (again.converged) {
     solve.residual = again.residual;
     note_times(samples, step.report);

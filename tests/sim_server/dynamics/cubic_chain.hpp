@@ -17,9 +17,6 @@ class CubicChain : public NonlinearSystem {
     at_ = u;
     residual = derivative(0.0) * u + strength_ * u.array().cube().matrix() - ones_;
   }
-  void jacobian(JacobianKind, Eigen::SparseMatrix<double>& matrix) override {
-    matrix = derivative(strength_).sparseView();
-  }
   void linearise(JacobianKind) override {
     matrix_ = derivative(strength_);
     for (Eigen::Index i = 0; i < kSize; i += 3)

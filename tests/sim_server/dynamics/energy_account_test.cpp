@@ -179,8 +179,7 @@ TEST_CASE(
     "[energy]") {
   // A tool that stirs among balls and a thread, and is away for a while.
   const auto integrator =
-      GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kSymplecticEuler,
-               scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2);
+      GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kImplicitEuler);
   scene::SceneDescription scene = sim_server::scene_of(
       {sim_server::floor_at(-0.02), sim_server::sphere({0, 0, 0}, 0.01, 0.05),
        sim_server::sphere({0.021, 0.002, 0}, 0.01, 0.03),
@@ -232,11 +231,10 @@ double numerical_share(const scene::IntegratorKind& integrator, double step_s) {
 
 TEST_CASE("What the tool gives to what keeps energy is what that gains, to the method's order",
           "[energy]") {
-  CHECK(std::abs(numerical_share(scene::IntegratorKind::kTrapezoid, 0.004)) < 1e-12);
-  CHECK(std::abs(numerical_share(scene::IntegratorKind::kTrapezoid, 0.001)) < 1e-12);
-  const double coarse = numerical_share(scene::IntegratorKind::kBdf2, 2e-4);
-  const double fine = numerical_share(scene::IntegratorKind::kBdf2, 1e-4);
-  CHECK(std::abs(coarse) > 3.0 * std::abs(fine));  // second order
+  const auto [kind, order] = GENERATE(std::pair{scene::IntegratorKind::kVelocityVerlet, 2.0},
+                                      std::pair{scene::IntegratorKind::kImplicitEuler, 1.0});
+  const double coarse = numerical_share(kind, 2e-4), fine = numerical_share(kind, 1e-4);
+  CHECK(std::log2(std::abs(coarse / fine)) > 0.8 * order);
 }
 
 TEST_CASE("What the tool gives to what is prescribed is force times way, and none of the world's",

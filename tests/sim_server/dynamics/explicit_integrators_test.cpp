@@ -19,11 +19,6 @@ scene::Method explicit_method(scene::IntegratorKind kind, int substeps = 0) {
   return method;
 }
 
-/// Those that are of use; each test's laws hold for both.
-scene::IntegratorKind either() {
-  return GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
-}
-
 /// Energy of the springs of contacts at the world's state.
 double contact_energy_J(const bodies::World& world, const std::vector<contact::Contact>& contacts) {
   double energy_J = 0.0;
@@ -95,7 +90,7 @@ bodies::World bustle() {
 
 TEST_CASE("Over two seconds energy goes where the flow says, to first order of the substep",
           "[explicit_integrators]") {
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   const Balance coarse = balance_of(bustle(), 0.005, 400, explicit_method(kind, 80)),
                 fine = balance_of(bustle(), 0.005, 400, explicit_method(kind, 320));
   CAPTURE(scene::name_of(kind));
@@ -113,93 +108,17 @@ TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]
       {sim_server::moving(sim_server::sphere({0, 0, 0.0501}, 0.05, 0.1), {0, 0, -1.0}),
        sim_server::floor_at(0.0)},
       sim_server::material_of(1000.0, 4.0)));
-  const Balance balance = balance_of(ball, 0.001, 60, explicit_method(either(), 100));
+  const Balance balance =
+      balance_of(ball, 0.001, 60, explicit_method(scene::IntegratorKind::kVelocityVerlet, 100));
   CHECK(balance.lost_J > 0.2 * 0.05);  // of 0.1 kg at 1 m/s
   CHECK(balance.given_J == 0.0);
   CHECK(std::abs(balance.error_J()) < 2e-3 * balance.lost_J);
 }
 
-TEST_CASE("Symplectic Euler shows places half a substep ahead: led back, undamped hits keep energy",
-          "[explicit_integrators]") {
-  constexpr double kPart_s = 0.004, kMass_kg = 0.05, kRadius_m = 0.01, kGravity_m_s2 = 9.81;
-  const double stiffness_N_per_m = GENERATE(470.0, 5300.0);
-  const double speed_m_s = GENERATE(0.43, 0.9, 2.1);
-  scene::SceneDescription scene = sim_server::scene_of(
-      {sim_server::moving(sim_server::sphere({0, 0, 0.0313}, kRadius_m, kMass_kg),
-                          {0, 0, -speed_m_s}),
-       sim_server::floor_at(0.0)},
-      sim_server::material_of(stiffness_N_per_m), {0, 0, -kGravity_m_s2});
-  scene.method.integrator = scene::IntegratorKind::kSymplecticEuler;
-  scene.sleeping = false;
-  Simulation simulation(scene);
-  const bodies::World& world = simulation.world();
-  const auto energy_J = [&](double back_s) {
-    const double height_m =
-        world.rigid_bodies[0].position_m.z() - back_s * world.rigid_bodies[0].velocity_m_s.z();
-    const double pressed_m = std::max(0.0, kRadius_m - height_m);
-    return 0.5 * kMass_kg * std::pow(world.rigid_bodies[0].velocity_m_s.z(), 2) +
-           kMass_kg * kGravity_m_s2 * height_m + 0.5 * stiffness_N_per_m * pressed_m * pressed_m;
-  };
-  const double kinetic_J = 0.5 * kMass_kg * speed_m_s * speed_m_s +
-                           kMass_kg * kGravity_m_s2 * (0.0313 - kRadius_m);  // at the floor
-  std::optional<double> start_J;
-  double worst_J = 0.0;
-  int hits = 0;
-  for (int i = 0; i < 300; ++i) {
-    const double before_m_s = world.rigid_bodies[0].velocity_m_s.z();
-    const StepReport report = simulation.step(kPart_s, [] { return std::nullopt; });
-    const double ahead_s = 0.5 * kPart_s / report.substeps;
-    if (!start_J) start_J = energy_J(ahead_s);
-    hits += before_m_s < 0.0 && world.rigid_bodies[0].velocity_m_s.z() > 0.0 ? 1 : 0;
-    const bodies::RigidBody& ball = world.rigid_bodies[0];
-    const double ahead_m = ahead_s * ball.velocity_m_s.z();
-    // In flight: where a spring is pressed its power is of the same kind, and larger.
-    if (std::min(ball.position_m.z(), ball.position_m.z() - ahead_m) < kRadius_m) continue;
-    const double led_back_J = energy_J(ahead_s) - *start_J;
-    worst_J = std::max(worst_J, std::abs(led_back_J));
-    CHECK(energy_J(0.0) - *start_J - led_back_J ==
-          Approx(kMass_kg * kGravity_m_s2 * ahead_m).margin(1e-12));
-  }
-  REQUIRE(hits >= 2);
-  CHECK(worst_J < 0.02 * kinetic_J);
-}
-
-struct Tumble {
-  double momentum_error, energy_error;  // relative, the worst on the way
-};
-
-/// Three seconds of a free asymmetric body, in steps of 10 ms.
-Tumble tumble(scene::IntegratorKind kind, int substeps) {
-  const bodies::BodyDescription body =
-      sim_server::moving(sim_server::box({0, 0, 0}, {0.03, 0.05, 0.11}, 0.2, {0.02, 0.01}),
-                         {1, 0, 0}, {3.0, 14.0, 2.0});
-  bodies::World world = scene::build_world(sim_server::scene_of({body}));
-  const auto momentum = [&] {
-    const bodies::RigidBody& rigid = world.rigid_bodies[0];
-    return Eigen::Vector3d(rigid.orientation *
-                           rigid.inertia_kg_m2.cwiseProduct(rigid.orientation.conjugate() *
-                                                            rigid.angular_velocity_rad_s));
-  };
-  const Eigen::Vector3d before = momentum();
-  const double energy_J = bodies::mechanical_energy_J(world);
-  ExplicitIntegrator integrator(explicit_method(kind, substeps));
-  Budget budget;
-  Tumble worst{};
-  for (int i = 0; i < 300; ++i) {
-    REQUIRE(integrator.advance(world, {}, 0.01, budget).converged);
-    integrator.commit(world, 0.01);
-    worst.momentum_error =
-        std::max(worst.momentum_error, (momentum() - before).norm() / before.norm());
-    worst.energy_error =
-        std::max(worst.energy_error, std::abs(bodies::mechanical_energy_J(world) / energy_J - 1.0));
-  }
-  return worst;
-}
-
 TEST_CASE(
     "A free asymmetric body keeps its angular momentum to rounding, its energy as steps shrink",
     "[explicit_integrators]") {
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   const Tumble coarse = tumble(kind, 20), fine = tumble(kind, 40);
   CHECK(fine.momentum_error < 1e-12);
   CHECK(fine.energy_error < 0.004);
@@ -211,7 +130,7 @@ TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integra
   const bodies::World chain = scene::build_world(
       sim_server::scene_of({sim_server::thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
   Budget budget;
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   ExplicitIntegrator given(explicit_method(kind, 3)), chosen(explicit_method(kind));
   (void)given.advance(chain, {}, 0.1, budget);
   CHECK(given.substeps() == 3);
@@ -227,7 +146,7 @@ TEST_CASE("What becomes no number leaves the world where it was, at rest",
       sim_server::scene_of({sim_server::thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
                             sim_server::box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})}));
   world.nodes[4].velocity_m_s.x() = std::numeric_limits<double>::max();
-  ExplicitIntegrator integrator(explicit_method(either(), 4));
+  ExplicitIntegrator integrator(explicit_method(scene::IntegratorKind::kVelocityVerlet, 4));
   Budget budget;
   CHECK_FALSE(integrator.advance(world, {}, 1.0, budget).converged);
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
@@ -238,7 +157,7 @@ TEST_CASE("What becomes no number leaves the world where it was, at rest",
 }
 
 TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   bodies::World one = bustle(), two = one;
   for (bodies::World* world : {&one, &two}) {
     ExplicitIntegrator integrator(explicit_method(kind));
@@ -258,7 +177,7 @@ TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
 
 TEST_CASE("A contact that is only listed changes no bit of what nothing touches",
           "[explicit_integrators]") {
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   bodies::World alone = bustle(), listed = alone;
   contact::Contact far;
   far.radius_a_m = 0.01;
@@ -299,7 +218,7 @@ TEST_CASE("Contacts that a part cannot solve have it begin anew in halves, as if
   contact::Detection detection(world, 1.0);
   detection.find_contacts(world, step_s);
   Budget budget;
-  const scene::IntegratorKind kind = either();
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   ExplicitIntegrator halved(explicit_method(kind));
   // As it would begin: no spring asks for substeps, only how fast what touches nears.
   ExplicitIntegrator once(explicit_method(kind, 1));

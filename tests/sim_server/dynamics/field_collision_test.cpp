@@ -49,9 +49,7 @@ TEST_CASE("Two bodies of fields that collide keep their momenta", "[field]") {
     double angular;  // relative
   };
   const Case own = GENERATE(Case{{IntegratorKind::kVelocityVerlet, 0.0053}, 1e-9},
-                            Case{{IntegratorKind::kSymplecticEuler, 0.0053}, 1e-9},
-                            Case{{IntegratorKind::kImplicitEuler, 0.0013}, 0.1},
-                            Case{{IntegratorKind::kTrapezoid, 0.0013}, 6e-3});
+                            Case{{IntegratorKind::kImplicitEuler, 0.0013}, 0.1});
   const auto seed = GENERATE(range(1U, 9U));
   const Flight flown = flight(own.way, seed, sim_server::material_of(870.0, 0.7, 0.35));
   Simulation simulation(flown.scene, flown.world);
@@ -78,10 +76,8 @@ TEST_CASE("A collision of fields makes no energy, and the account closes", "[fie
   const Case own = GENERATE(Case{{IntegratorKind::kVelocityVerlet, 0.0053}, 0.006},
                             Case{{IntegratorKind::kVelocityVerlet, 0.0011}, 0.002},
                             Case{{IntegratorKind::kVelocityVerlet, 0.00023}, 0.0002},
-                            Case{{IntegratorKind::kSymplecticEuler, 0.00023}, 0.0002},
                             Case{{IntegratorKind::kImplicitEuler, 0.0053}, 1e-9},
-                            Case{{IntegratorKind::kImplicitEuler, 0.0011}, 1e-9},
-                            Case{{IntegratorKind::kBdf2, 0.0011}, 0.002});
+                            Case{{IntegratorKind::kImplicitEuler, 0.0011}, 1e-9});
   const auto seed = GENERATE(1U, 2U, 3U, 4U, 6U);
   const double friction = GENERATE(0.0, 0.35);
   const Flight flown = flight(own.way, seed, sim_server::material_of(870.0, 0.0, friction));

@@ -25,7 +25,7 @@ struct ChainSolves {
       {sim_server::thread(kMasses + 1, {0, 0, 0}, {0.1 * kMasses, 0, 0}, kMass_kg,
                           stiffness * kMass_kg / (kStep_s * kStep_s), {0})},
       {}, {0.0, 0.0, -9.81}));
-  NewtonSolver newton(scene::SolverKind::kNewton, tolerance_m_s);
+  NewtonSolver newton(tolerance_m_s);
   ChainSolves result;
   for (int step = 0; step < kSteps; ++step) {
     MechanicalSystem system(world, {});

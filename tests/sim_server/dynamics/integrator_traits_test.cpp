@@ -1,6 +1,5 @@
 #include <catch2/catch.hpp>
 
-#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
 namespace stillgrid::dynamics::integrator_traits_test {
@@ -8,10 +7,10 @@ namespace {
 
 TEST_CASE("What an integrator can is what its family in scene files promises",
           "[integrator_traits]") {
-  for (const scene::IntegratorKind& kind : laboratory::laboratory_methods().integrators) {
+  for (const scene::IntegratorKind& kind : scene::kIntegrators) {
     INFO(scene::name_of(kind));
     const IntegratorTraits traits = make_integrator({.integrator = kind})->traits();
-    CHECK(traits.solves == scene::needs_solver(kind));
+    CHECK(traits.solves == scene::is_implicit(kind));
     CHECK(traits.divides_itself == scene::is_explicit(kind));
     CHECK(traits.always_advances == scene::is_explicit(kind));
     CHECK((traits.most_iterations > 0) == scene::chooses_steps(kind));

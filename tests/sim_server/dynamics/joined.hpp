@@ -145,9 +145,7 @@ inline constexpr double kGravity_m_s2 = 9.81;
   return crossings > 6 ? 2.0 * (last_s - first_s) / (crossings - 1) / period_s : 0.0;
 }
 
-inline constexpr std::array kAllIntegrators = {
-    scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet,
-    scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
-    scene::IntegratorKind::kTrapezoid};
+inline constexpr std::array kBothIntegrators = {scene::IntegratorKind::kVelocityVerlet,
+                                                scene::IntegratorKind::kImplicitEuler};
 
 }  // namespace stillgrid::dynamics

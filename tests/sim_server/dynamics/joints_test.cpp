@@ -24,7 +24,7 @@ double angular_error(unsigned seed, const scene::Method& method, double step_s) 
 
 TEST_CASE("Joined free bodies keep their momentum, and by explicit methods their spin",
           "[joints]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const scene::IntegratorKind kind = GENERATE(from_range(kBothIntegrators));
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     scene::SceneDescription scene = drawn_chain(seed, 0.3, 0.0, false);
     scene.method.integrator = kind;
@@ -41,15 +41,13 @@ TEST_CASE("Joined free bodies keep their momentum, and by explicit methods their
   }
 }
 
-TEST_CASE("By implicit methods the error of their spin falls with the step", "[joints]") {
-  const auto [kind, order] = GENERATE(std::pair{scene::IntegratorKind::kImplicitEuler, 1.0},
-                                      std::pair{scene::IntegratorKind::kTrapezoid, 2.0});
+TEST_CASE("By implicit Euler the error of their spin falls with the step", "[joints]") {
   double coarse = 0.0, fine = 0.0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    coarse += angular_error(seed, {.integrator = kind}, 1e-3);
-    fine += angular_error(seed, {.integrator = kind}, 2.5e-4);
+    coarse += angular_error(seed, {}, 1e-3);
+    fine += angular_error(seed, {}, 2.5e-4);
   }
-  CHECK(fine < 3.0 * std::pow(0.25, order) * coarse);
+  CHECK(fine < 0.75 * coarse);
 }
 
 TEST_CASE("Joints never make energy by implicit Euler, however they are turned", "[joints]") {
@@ -88,8 +86,7 @@ EnergySpan energy_span(const scene::SceneDescription& scene, double step_s, int 
 }
 
 TEST_CASE("By explicit methods energy stays, however stiff the joints are", "[joints]") {
-  const scene::IntegratorKind kind =
-      GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     scene::SceneDescription scene = drawn_chain(seed, 0.0, kGravity_m_s2, true);
     scene.method.integrator = kind;
@@ -124,8 +121,7 @@ scene::SceneDescription drawn_load(unsigned seed) {
 }
 
 TEST_CASE("By explicit methods joints that are stretched far make no energy", "[joints]") {
-  const scene::IntegratorKind kind =
-      GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
+  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   for (unsigned seed = 1; seed <= 3 * kSeeds; ++seed) {
     scene::SceneDescription scene = drawn_load(seed);
     scene.method.integrator = kind;
@@ -137,7 +133,7 @@ TEST_CASE("By explicit methods joints that are stretched far make no energy", "[
 
 TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
   // Its end is led to and fro; finer steps leave less that no row names.
-  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const scene::IntegratorKind kind = GENERATE(from_range(kBothIntegrators));
   const auto left_J = [&](double step_s) {
     bodies::BodyDescription hand = link({0, 0, 0}, {0.02, 0.02, 0.02}, 0.0);
     hand.motion = bodies::Motion::kPrescribed;
@@ -161,13 +157,13 @@ TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
 }
 
 TEST_CASE("A body hangs m g / k below the place where it is joined", "[joints]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const scene::IntegratorKind kind = GENERATE(from_range(kBothIntegrators));
   const bool is_of_nodes = GENERATE(false, true);
   CHECK(hanging_share({.integrator = kind}, is_of_nodes) == Approx(1.0).epsilon(1e-4));
 }
 
 TEST_CASE("A rod swings with the period of a physical pendulum", "[joints]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const scene::IntegratorKind kind = GENERATE(from_range(kBothIntegrators));
   const bool is_hinge = GENERATE(false, true);
   CHECK(swing_share({.integrator = kind}, is_hinge) == Approx(1.0).epsilon(2e-3));
 }

@@ -7,6 +7,7 @@
 
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::mechanical_system_test {
@@ -97,9 +98,7 @@ std::vector<Eigen::Vector3d> stretches_of(const std::vector<contact::Contact>& c
 Eigen::MatrixXd jacobian_at(ImplicitStage& step, const Eigen::VectorXd& u, JacobianKind kind) {
   Eigen::VectorXd residual(u.size());
   step.residual(u, residual);
-  Eigen::SparseMatrix<double> matrix;
-  step.jacobian(kind, matrix);
-  return matrix;
+  return dense_jacobian(step, kind);
 }
 
 TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_system]") {
@@ -192,7 +191,7 @@ TEST_CASE(
   CHECK((exact - jacobian_at(step, still, JacobianKind::kDefinite)).norm() > 1e-3 * exact.norm());
 }
 
-TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical_system]") {
+TEST_CASE("The diagonal blocks are those of the slope, whoever sleeps", "[mechanical_system]") {
   bodies::World world = tangle(sim_server::material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
   const int is_sleeping = GENERATE(-1, 0, 1);  // nobody, the cloth, a box
   if (is_sleeping >= 0) world.bodies[static_cast<std::size_t>(is_sleeping)].is_sleeping = true;
@@ -205,14 +204,9 @@ TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical
   const Eigen::VectorXd u = Eigen::VectorXd::Random(system.size());
   const JacobianKind kind =
       GENERATE(JacobianKind::kExact, JacobianKind::kSymmetric, JacobianKind::kDefinite);
+
   const Eigen::MatrixXd matrix = jacobian_at(step, u, kind);
 
-  step.linearise(kind);
-
-  const Eigen::VectorXd x = Eigen::VectorXd::Random(system.size());
-  Eigen::VectorXd product;
-  step.multiply(x, product);
-  CHECK((product - matrix * x).norm() < 1e-13 * product.norm());
   REQUIRE(step.block_diagonal().cols() == system.size());
   for (Eigen::Index i = 0; i < system.size(); i += 3)
     CHECK((step.block_diagonal().middleCols<3>(i) - matrix.block<3, 3>(i, i)).norm() <

@@ -18,7 +18,6 @@ constexpr double kStep_s = 0.01;
 constexpr double kStiffness_N_per_m = 200.0;
 
 const scene::Method kImplicit{.integrator = scene::IntegratorKind::kImplicitEuler,
-                              .solver = scene::SolverKind::kNewton,
                               .tolerance_m_s = 1e-12};
 
 scene::SceneDescription touched_scene(

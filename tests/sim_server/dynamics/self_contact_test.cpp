@@ -151,10 +151,9 @@ TEST_CASE("The arms of a soft C that are thrown together stop each other", "[sel
 
 /// Greatest share of the energy at the start that the arms of a soft C come to have more, thrown
 /// together at a speed.
-double gain_of_arms(scene::SolverKind kind, double speed_m_s, double step_s) {
+double gain_of_arms(double speed_m_s, double step_s) {
   scene::SceneDescription scene =
       sim_server::scene_of({c_shape()}, sim_server::material_of(2000.0, 1.0));
-  scene.method.solver = kind;
   Simulation simulation(scene);
   for (bodies::Node& node : simulation.world().nodes)
     if (node.position_m.x() > 0.02)
@@ -170,16 +169,10 @@ double gain_of_arms(scene::SolverKind kind, double speed_m_s, double step_s) {
 
 TEST_CASE("Steps that go downhill gain no energy where the arms of a soft C fold",
           "[self_contact]") {
-  const scene::SolverKind kind = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg);
   const double speed_m_s = GENERATE(0.5, 2.0, 5.0), step_s = GENERATE(0.001, 0.003, 0.01);
 
-  INFO(scene::name_of(kind) << " at " << speed_m_s << " m/s, steps of " << step_s << " s");
-  CHECK(gain_of_arms(kind, speed_m_s, step_s) <= 1e-9);
-}
-
-TEST_CASE("A step by the exact slope may solve a fold by a state of more energy",
-          "[self_contact]") {
-  CHECK(gain_of_arms(scene::SolverKind::kNewtonLu, 2.0, 0.003) > 0.3);
+  INFO(speed_m_s << " m/s, steps of " << step_s << " s");
+  CHECK(gain_of_arms(speed_m_s, step_s) <= 1e-9);
 }
 
 }  // namespace

@@ -232,14 +232,10 @@ double gained_by_stacked_blocks_J(scene::IntegratorKind integrator) {
   return account.end.total_J() - account.start.total_J();
 }
 
-TEST_CASE("Blocks on each other come to less energy than they began with, but by the trapezoid",
-          "[simulation]") {
+TEST_CASE("Blocks on each other come to less energy than they began with", "[simulation]") {
   for (const scene::IntegratorKind integrator :
-       {scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
-        scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet})
+       {scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kVelocityVerlet})
     CHECK(gained_by_stacked_blocks_J(integrator) < 0.0);
-  CHECK(gained_by_stacked_blocks_J(scene::IntegratorKind::kTrapezoid) >
-        0.1);  // so auto never takes it
 }
 
 TEST_CASE("A settled block lies on as it lay where its world is copied with what sticks",

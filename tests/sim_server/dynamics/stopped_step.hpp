@@ -8,7 +8,7 @@
 
 namespace stillgrid::dynamics {
 
-/// A hanging sheet by a method; large enough that its factors are made on a thread of their own.
+/// A hanging sheet by a method.
 [[nodiscard]] inline scene::SceneDescription hanging_sheet(const scene::Method& method, int side) {
   bodies::BodyDescription body = sim_server::sheet({side, side}, 0.01, 1e-4, 20.0);
   sim_server::shear_stiffness_N_per_m(body) = 10.0;

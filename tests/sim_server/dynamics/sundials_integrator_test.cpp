@@ -9,19 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "shared/tools/laboratory/methods/arkode_integrator.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::sundials_integrator_test {
 namespace {
 
-const std::vector<scene::IntegratorKind> kKinds = {scene::IntegratorKind::kCvodeBdf,
-                                                   laboratory::kArkodeDirk};
-
-scene::SceneDescription integrated(scene::SceneDescription scene, scene::IntegratorKind kind,
-                                   double tolerance_m_s) {
-  scene.method.integrator = kind;
+scene::SceneDescription integrated(scene::SceneDescription scene, double tolerance_m_s) {
+  scene.method.integrator = scene::IntegratorKind::kCvodeBdf;
   scene.method.tolerance_m_s = tolerance_m_s;
   return scene;
 }
@@ -46,16 +41,17 @@ Eigen::VectorXd modal_displacement_m(double time_s) {
          phases.array().cos().matrix().cwiseProduct(modes.eigenvectors().transpose() * start_m);
 }
 
-std::unique_ptr<Integrator> begun(const scene::IntegratorKind& kind, double tolerance_m_s) {
-  return make_integrator({.integrator = kind, .tolerance_m_s = tolerance_m_s});
+std::unique_ptr<Integrator> begun(double tolerance_m_s) {
+  return make_integrator(
+      {.integrator = scene::IntegratorKind::kCvodeBdf, .tolerance_m_s = tolerance_m_s});
 }
 
 /// The largest error of any mass at the end of any step over half a second.
-double chain_error_m(scene::IntegratorKind kind, double tolerance_m_s) {
+double chain_error_m(double tolerance_m_s) {
   Simulation simulation(integrated(
       sim_server::scene_of({sim_server::thread(kMasses + 1, {0, 0, 0}, {kMasses * kLink_m, 0, 0},
                                                kMass_kg, kStiffness_N_per_m, {0})}),
-      kind, tolerance_m_s));
+      tolerance_m_s));
   auto& nodes = simulation.world().nodes;
   for (int i = 1; i <= kMasses; ++i) nodes[static_cast<std::size_t>(i)].position_m.x() += 0.001 * i;
   double worst_m = 0.0;
@@ -71,10 +67,9 @@ double chain_error_m(scene::IntegratorKind kind, double tolerance_m_s) {
 
 TEST_CASE("SUNDIALS' integrators find a chain's modes, the better the less error is tolerated",
           "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   double before_m = 1.0;
   for (const double tolerance_m_s : {1e-2, 1e-4, 1e-6, 1e-8}) {
-    const double error_m = chain_error_m(kind, tolerance_m_s);
+    const double error_m = chain_error_m(tolerance_m_s);
     CHECK(error_m < 0.2 * before_m);
     before_m = error_m;
   }
@@ -95,9 +90,8 @@ Eigen::Vector3d spin_momentum(const bodies::RigidBody& body) {
 
 TEST_CASE("A tumbling brick keeps its angular momentum and its energy as closely as asked",
           "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   for (const double tolerance_m_s : {1e-4, 1e-8}) {
-    Simulation simulation(integrated(tumbling_brick(), kind, tolerance_m_s));
+    Simulation simulation(integrated(tumbling_brick(), tolerance_m_s));
     const bodies::World& world = simulation.world();
     const Eigen::Vector3d momentum = spin_momentum(world.rigid_bodies[0]);
     const Eigen::Vector3d spin_rad_s = world.rigid_bodies[0].angular_velocity_rad_s;
@@ -113,12 +107,11 @@ TEST_CASE("A tumbling brick keeps its angular momentum and its energy as closely
 }
 
 TEST_CASE("A pendulum of a stiff link swings back to where it was let go", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   const auto lost_share = [&](double tolerance_m_s) {
     Simulation simulation(integrated(
         sim_server::scene_of({sim_server::thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0})}, {},
                              {0, 0, -9.81}),
-        kind, tolerance_m_s));
+        tolerance_m_s));
     const double energy_J = bodies::mechanical_energy_J(simulation.world());
     REQUIRE(advance(simulation, 0.01, 100));
     return std::abs(bodies::mechanical_energy_J(simulation.world()) - energy_J) / (0.1 * 9.81);
@@ -134,15 +127,14 @@ struct Bounce {
 };
 
 /// A ball of 0.1 kg that meets a floor of 1000 N/m at 1 m/s, until it is off again.
-Bounce bounce(scene::IntegratorKind kind, double damping_N_s_per_m, double gravity_m_s2,
-              double tolerance_m_s) {
+Bounce bounce(double damping_N_s_per_m, double gravity_m_s2, double tolerance_m_s) {
   constexpr double kRadius_m = 0.05;
   Simulation simulation(integrated(
       sim_server::scene_of(
           {sim_server::moving(sim_server::sphere({0, 0, kRadius_m}, kRadius_m, 0.1), {0, 0, -1}),
            sim_server::floor_at(0.0)},
           sim_server::material_of(1000.0, damping_N_s_per_m), {0, 0, -gravity_m_s2}),
-      kind, tolerance_m_s));
+      tolerance_m_s));
   const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   Bounce result;
   for (int step = 0; step < 1000; ++step) {
@@ -159,14 +151,13 @@ Bounce bounce(scene::IntegratorKind kind, double damping_N_s_per_m, double gravi
 
 TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its speed",
           "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   for (const auto& [zeta, expected] : {std::pair(0.2, 0.756135), std::pair(0.5, 0.546293)}) {
     const double damping_N_s_per_m = 2.0 * zeta * std::sqrt(1000.0 * 0.1);
-    const double restitution = bounce(kind, damping_N_s_per_m, 0.0, 1e-7).speed_m_s;
+    const double restitution = bounce(damping_N_s_per_m, 0.0, 1e-7).speed_m_s;
     CHECK(std::abs(restitution - expected) < 1e-4);
   }
   // Its greatest depth is sampled each 0.1 ms: g / 8 * 1e-8 below, and then some.
-  const Bounce undamped = bounce(kind, 0.0, 9.81, 1e-7);
+  const Bounce undamped = bounce(0.0, 9.81, 1e-7);
   CHECK(std::abs(undamped.depth_m - 0.0110290) < 2e-7);
   CHECK(std::abs(undamped.speed_m_s - 1.0) < 1e-4);
 }
@@ -202,8 +193,7 @@ Eigen::Matrix3Xd end_of(const scene::SceneDescription& scene, double step_s) {
 }
 
 TEST_CASE("SUNDIALS goes where implicit Euler goes by tiny steps", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
-  const Eigen::Matrix3Xd accurate = end_of(integrated(swing_and_throw(), kind, 1e-7), 0.01);
+  const Eigen::Matrix3Xd accurate = end_of(integrated(swing_and_throw(), 1e-7), 0.01);
   const Eigen::Matrix3Xd coarse = end_of(swing_and_throw(), 1e-4);
   const Eigen::Matrix3Xd fine = end_of(swing_and_throw(), 5e-5);
 
@@ -221,9 +211,8 @@ scene::SceneDescription ringing_chain() {
 }
 
 TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials]") {
-  const scene::IntegratorKind kind = scene::IntegratorKind::kCvodeBdf;
   bodies::World world = scene::build_world(ringing_chain());
-  const auto kept = begun(kind, 1e-6), forgetful = begun(kind, 1e-6);
+  const auto kept = begun(1e-6), forgetful = begun(1e-6);
   const auto steps_of = [](Integrator& integrator, bodies::World of_world, bool restarts) {
     int steps = 0;
     for (int i = 0; i < 20; ++i) {
@@ -243,16 +232,15 @@ TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials
 }
 
 TEST_CASE("A step not committed leaves no trace, nor does a world that was changed", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   bodies::World world = scene::build_world(ringing_chain());
-  const auto used = begun(kind, 1e-6);
+  const auto used = begun(1e-6);
   Budget budget;
   REQUIRE(used->advance(world, {}, 0.01, budget).converged);
   used->commit(world, 0.01);
   REQUIRE(used->advance(world, {}, 0.01, budget).converged);  // and not committed
 
   const auto check_as_fresh = [&] {
-    const auto fresh = begun(kind, 1e-6);
+    const auto fresh = begun(1e-6);
     REQUIRE(used->advance(world, {}, 0.005, budget).converged);
     REQUIRE(fresh->advance(world, {}, 0.005, budget).converged);
     for (std::size_t i = 0; i < world.nodes.size(); ++i)
@@ -265,9 +253,8 @@ TEST_CASE("A step not committed leaves no trace, nor does a world that was chang
 }
 
 TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   bodies::World world = scene::build_world(ringing_chain());
-  const auto integrator = begun(kind, 1e-8);
+  const auto integrator = begun(1e-8);
 
   Budget few{.iterations = 3};
   const SolveReport report = integrator->advance(world, {}, 0.1, few);
@@ -285,10 +272,9 @@ TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[su
 }
 
 TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   bodies::World world = scene::build_world(ringing_chain());
   world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
-  const auto integrator = begun(kind, 1e-6);
+  const auto integrator = begun(1e-6);
 
   Budget budget{.iterations = 1000};
   CHECK_FALSE(integrator->advance(world, {}, 0.01, budget).converged);
@@ -300,14 +286,13 @@ TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
 }
 
 TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   const double speed_m_s = GENERATE(0.3, 0.0);
-  CAPTURE(scene::name_of(kind), speed_m_s);
+  CAPTURE(speed_m_s);
   // Alone: with anything else in the world forces would be small, not none.
   Simulation simulation(integrated(
       sim_server::scene_of({sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1),
                                                {speed_m_s, 0, 0}, {0, 0, 10.0 * speed_m_s})}),
-      kind, 1e-6));
+      1e-6));
 
   for (int i = 0; i < 100; ++i) REQUIRE(simulation.step(0.01, no_tool).solve.converged);
 
@@ -317,8 +302,7 @@ TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sund
 }
 
 TEST_CASE("Nothing free is nothing to integrate", "[sundials]") {
-  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
-  Simulation simulation(integrated(sim_server::scene_of({sim_server::floor_at(0.0)}), kind, 1e-6));
+  Simulation simulation(integrated(sim_server::scene_of({sim_server::floor_at(0.0)}), 1e-6));
   CHECK(simulation.step(0.01, no_tool).solve.converged);
 }
 

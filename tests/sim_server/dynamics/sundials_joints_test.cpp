@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "shared/tools/laboratory/methods/arkode_integrator.hpp"
 #include "tests/sim_server/dynamics/joined.hpp"
 
 namespace stillgrid::dynamics::sundials_joints_test {
@@ -12,8 +11,7 @@ namespace {
 constexpr unsigned kSeeds = tests::kCut == 1 ? 2 : 1;
 
 scene::Method drawn_method() {
-  return {.integrator = GENERATE(scene::IntegratorKind::kCvodeBdf, laboratory::kArkodeDirk),
-          .tolerance_m_s = GENERATE(1e-4, 1e-6)};
+  return {.integrator = scene::IntegratorKind::kCvodeBdf, .tolerance_m_s = GENERATE(1e-4, 1e-6)};
 }
 
 TEST_CASE("Joined free bodies keep momentum and spin as closely as asked", "[sundials]") {

@@ -20,9 +20,7 @@ scene::SceneDescription held_ball(std::size_t hands) {
   scene::SceneDescription scene =
       sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                            sim_server::material_of(kStiffness_N_per_m), Eigen::Vector3d::Zero());
-  scene.method = {.integrator = scene::IntegratorKind::kImplicitEuler,
-                  .solver = scene::SolverKind::kNewton,
-                  .tolerance_m_s = 1e-12};
+  scene.method = {.integrator = scene::IntegratorKind::kImplicitEuler, .tolerance_m_s = 1e-12};
   for (std::size_t hand = 0; hand < hands; ++hand)
     scene.hands.push_back({std::string(1, static_cast<char>('a' + hand)),
                            {{Eigen::Vector3d::Zero(), 0.01}},

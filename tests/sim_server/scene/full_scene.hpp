@@ -11,7 +11,6 @@ gravity_m_s2 = [0.0, -1.5, 0]
 [simulation]
 period_s = 0.02
 integrator = "implicit_euler"
-solver = "newton"
 [grid]
 voxel_ratio = 1.25
 [tool]

@@ -145,7 +145,6 @@ TEST_CASE("A value that is none of a key's is named with the one that was meant"
   const std::string scene{kFullScene};
   for (const auto& [value, slip] :
        {std::pair<std::string, std::string>{"implicit_euler", "implict_euler"},
-        {"newton", "Newton"},
         {"soft_block", "softblock"},
         {"rigid_box", "box"},
         {"prescribed", "perscribed"},

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+
 namespace stillgrid::laboratory {
 
 dynamics::SolveReport BroydenSolver::solve(dynamics::NonlinearSystem& system, Eigen::VectorXd& u,
@@ -12,7 +14,7 @@ dynamics::SolveReport BroydenSolver::solve(dynamics::NonlinearSystem& system, Ei
   double error = dynamics::scaled_rms(system, residual_);
   report.residual = error;
   best_ = u;
-  if (!(error <= tolerance_) && !budget.spent() && std::isfinite(error) && prepare(system)) {
+  if (!(error <= tolerance_) && !budget.spent() && std::isfinite(error)) {
     for (std::size_t taken = 0; !(error <= tolerance_) && !budget.spent(); ++taken) {
       find_step(system, taken);
       ++report.iterations;
@@ -34,13 +36,6 @@ dynamics::SolveReport BroydenSolver::solve(dynamics::NonlinearSystem& system, Ei
   return report;
 }
 
-bool BroydenSolver::prepare(dynamics::NonlinearSystem& system) {
-  if (start_ == BroydenStart::kMass) return true;
-  system.jacobian(dynamics::JacobianKind::kDefinite, matrix_);
-  cholesky_.compute(matrix_);
-  return cholesky_.info() == Eigen::Success;
-}
-
 /// The step number `taken`, from the residual and the steps before.
 void BroydenSolver::find_step(const dynamics::NonlinearSystem& system, std::size_t taken) {
   if (steps_.size() <= taken) {
@@ -48,10 +43,7 @@ void BroydenSolver::find_step(const dynamics::NonlinearSystem& system, std::size
     squares_.push_back(0.0);
   }
   Eigen::VectorXd& step = steps_[taken];
-  if (start_ == BroydenStart::kMass)
-    step = -residual_.cwiseQuotient(system.mass_diagonal());
-  else
-    step = -cholesky_.solve(residual_);
+  step = -residual_.cwiseQuotient(system.mass_diagonal());
   // H_k = (1 + s_k s_(k-1)' / |s_(k-1)|^2) H_(k-1), by Sherman and Morrison; the last factor holds
   // the step sought itself.
   for (std::size_t j = 0; j + 1 < taken; ++j)
@@ -60,12 +52,9 @@ void BroydenSolver::find_step(const dynamics::NonlinearSystem& system, std::size
   squares_[taken] = step.squaredNorm();
 }
 
-std::unique_ptr<dynamics::NonlinearSolver> make_broyden(double tolerance) {
-  return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, tolerance);
-}
-
-std::unique_ptr<dynamics::NonlinearSolver> make_broyden_from_mass(double tolerance) {
-  return std::make_unique<BroydenSolver>(BroydenStart::kMass, tolerance);
+std::unique_ptr<dynamics::Integrator> make_broyden(const scene::Method& method) {
+  return std::make_unique<dynamics::ImplicitIntegrator>(
+      std::make_unique<BroydenSolver>(method.tolerance_m_s));
 }
 
 }  // namespace stillgrid::laboratory

@@ -4,8 +4,8 @@
 
 namespace stillgrid::laboratory {
 
-/// What a scene may name in the laboratory: the product's methods, and those that are measured
-/// beside (docs/algorithms/integrators.md).
-[[nodiscard]] scene::MethodTable laboratory_methods() noexcept;
+/// The integrators that a scene may name in the laboratory: the product's and "broyden"
+/// (docs/algorithms/integrators.md).
+[[nodiscard]] scene::Integrators laboratory_methods() noexcept;
 
 }  // namespace stillgrid::laboratory

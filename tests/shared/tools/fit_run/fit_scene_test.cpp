@@ -17,7 +17,6 @@ constexpr const char* kScene = R"(format = 2
 [simulation]
 period_s = 0.03
 integrator = "implicit_euler"
-solver = "newton_lu"
 tolerance_m_s = 1e-6
 [[material]]
 name = "felt"
@@ -67,7 +66,7 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
   CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
-  CHECK(scene.method.solver == scene::SolverKind::kNewtonLu);  // what is not set stays
+  CHECK(scene.method.tolerance_m_s == 1e-6);  // what is not set stays
 }
 
 TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]") {
@@ -77,16 +76,17 @@ TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]"
   const scene::SceneDescription other = with({"simulation.integrator='velocity_verlet'"});
   CHECK(other.method == scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet});
   const scene::SceneDescription both =
-      with({"simulation.solver='newton_cg'", "simulation.integrator='bdf2'"});
-  CHECK(both.method == scene::Method{.integrator = scene::IntegratorKind::kBdf2,
-                                     .solver = scene::SolverKind::kNewtonCg});
+      with({"simulation.tolerance_m_s=1e-4", "simulation.integrator='cvode_bdf'"});
+  CHECK(both.method ==
+        scene::Method{.integrator = scene::IntegratorKind::kCvodeBdf, .tolerance_m_s = 1e-4});
 
-  const scene::SceneDescription chosen = with({"simulation.solver='auto'"});
+  const scene::SceneDescription chosen = with({"simulation.integrator='auto'"});
   CHECK(chosen.choose_method);
   const std::string automatic =
-      "format = 2\n[simulation]\nsolver = 'auto'\nerror_target_m = 1e-4\n";
-  CHECK_FALSE(scene::read_scene(with_settings(automatic, {"simulation.solver='newton'"}), "s.toml")
-                  .choose_method);
+      "format = 2\n[simulation]\nintegrator = 'auto'\nerror_target_m = 1e-4\n";
+  CHECK_FALSE(
+      scene::read_scene(with_settings(automatic, {"simulation.integrator='cvode_bdf'"}), "s.toml")
+          .choose_method);
 
   const std::string text = with_settings("[[body]]\nname = 'b'\nspheres = { file = 'b.csv' }\n",
                                          {"body.b.spheres.tolerance_m=0.01"});
@@ -101,8 +101,9 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
   for (const auto& [setting, expected] : {
            Bad{"simulation.rate_hz", "--set: value 'simulation.rate_hz': expected KEY=VALUE"},
            Bad{"=3", "--set: value '=3': expected KEY=VALUE"},
-           Bad{"simulation.solver=newton",
-               "--set: value 'simulation.solver=newton': expected KEY=VALUE with a value as TOML"},
+           Bad{"simulation.integrator=auto",
+               "--set: value 'simulation.integrator=auto': expected KEY=VALUE with a value as "
+               "TOML"},
            Bad{"body.silk.stiffness_scale=2",
                "--set: value 'body.silk.stiffness_scale=2': expected body.NAME.KEY with one of the "
                "scene's: cloth.fine, cloth"},

@@ -54,23 +54,6 @@ TEST_CASE("Ten blocks that are too soft for their height fall", "[standing]") {
   CHECK(farthest_aside_m(simulation.world(), std::vector<Vector3d>(10, Vector3d::Zero())) > 0.05);
 }
 
-TEST_CASE("A damped block on a slope lies still by the trapezoid too", "[standing]") {
-  scene::SceneDescription scene = sim_server::scene_of(
-      {sim_server::box({0, 0, 0.00995}, {0.03, 0.03, 0.02}, 0.05, {0.01, 0.005}),
-       sim_server::floor_at(0.0)},
-      sim_server::material_of(1000.0, 2.0, 0.8), {0.5 * 9.81, 0, -0.866 * 9.81});
-  scene.method.integrator = scene::IntegratorKind::kTrapezoid;
-  scene.method.solver = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg);
-  scene.sleeping = false;
-  Simulation simulation(scene);
-  REQUIRE(advance(simulation, 0.02, 200));
-  const Vector3d settled_m = simulation.world().rigid_bodies[0].position_m;
-
-  REQUIRE(advance(simulation, 0.02, 200));
-
-  CHECK((simulation.world().rigid_bodies[0].position_m - settled_m).norm() < 1e-6);
-}
-
 TEST_CASE("A block on a slope below its friction angle lies still for a minute", "[standing]") {
   const double angle_deg = GENERATE(10.0, 16.5), step_s = GENERATE(1e-3, 0.01, 0.03);
   const double angle = angle_deg * std::numbers::pi / 180.0;

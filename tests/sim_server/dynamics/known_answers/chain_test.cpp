@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -18,13 +19,11 @@ Eigen::VectorXd frequencies_rad_s(const bodies::BodyDescription& body) {
   ImplicitStage step(system, 1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(world.unknown_count), residual(u.size());
   step.residual(u, residual);
-  Eigen::SparseMatrix<double> jacobian;
-  step.jacobian(JacobianKind::kExact, jacobian);
   Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(u.size(), u.size());
   for (const bodies::Node& node : world.nodes)
     if (node.unknown != bodies::kNoUnknown)
       mass.diagonal().segment<3>(node.unknown).setConstant(node.mass_kg);
-  const Eigen::MatrixXd stiffness = Eigen::MatrixXd(jacobian) - mass;
+  const Eigen::MatrixXd stiffness = dense_jacobian(step, JacobianKind::kExact) - mass;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
   return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
 }

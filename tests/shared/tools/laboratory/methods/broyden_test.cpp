@@ -5,9 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/build_world.hpp"
+#include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
+#include "tests/sim_server/dynamics/stopped_step.hpp"
 
 namespace stillgrid::laboratory::broyden_test {
 namespace {
@@ -42,8 +45,7 @@ LinearSolve solve_line(double stiffness) {
   Eigen::VectorXd u = stage.initial_guess(), first(u.size());
   stage.residual(u, first);
   dynamics::Budget budget{.iterations = 200};
-  const dynamics::SolveReport report =
-      BroydenSolver(BroydenStart::kMass, 1e-10).solve(stage, u, budget);
+  const dynamics::SolveReport report = BroydenSolver(1e-10).solve(stage, u, budget);
   return {report, stage.largest / dynamics::scaled_rms(stage, first)};
 }
 
@@ -70,42 +72,33 @@ TEST_CASE("On the way to a linear system's solution the residual grows 80,000 ti
 /// The table of the hanging chain (docs/cases.md, case 3.9).
 struct Row {
   double stiffness;  // k h^2 / m
-  double mean_mass;
-  int failures_mass;
-  double mean_jacobian;
-  int failures_jacobian;
+  double mean_iterations;
+  int failures;
 };
 
 TEST_CASE("Broyden's method fails on stiff chains where Newton's does not", "[broyden]") {
   constexpr double kTolerance_m_s = 1e-10;
   const Row row =
-      GENERATE(Row{2.0 / 9.0, 14.7, 0, 6.0, 0}, Row{20.0 / 9.0, 34.9, 0, 9.1, 0},
-               Row{200.0 / 9.0, 169.7, 6, 16.9, 0}, Row{2000.0 / 9.0, 200.0, 40, 86.0, 12},
-               Row{20000.0 / 9.0, 200.0, 40, NAN, 37});
-  BroydenSolver from_mass(BroydenStart::kMass, kTolerance_m_s);
-  BroydenSolver from_jacobian(BroydenStart::kJacobian, kTolerance_m_s);
-  dynamics::NewtonSolver newton(scene::SolverKind::kNewton, kTolerance_m_s);
+      GENERATE(Row{2.0 / 9.0, 14.7, 0}, Row{20.0 / 9.0, 34.9, 0}, Row{200.0 / 9.0, 169.7, 6},
+               Row{2000.0 / 9.0, 200.0, 40}, Row{20000.0 / 9.0, 200.0, 40});
+  BroydenSolver broyden(kTolerance_m_s);
+  dynamics::NewtonSolver newton(kTolerance_m_s);
 
-  const dynamics::ChainSolves mass =
-      dynamics::solve_hanging_chain(from_mass, row.stiffness, kTolerance_m_s);
-  const dynamics::ChainSolves jacobian =
-      dynamics::solve_hanging_chain(from_jacobian, row.stiffness, kTolerance_m_s);
+  const dynamics::ChainSolves found =
+      dynamics::solve_hanging_chain(broyden, row.stiffness, kTolerance_m_s);
   const dynamics::ChainSolves reference =
       dynamics::solve_hanging_chain(newton, row.stiffness, kTolerance_m_s);
 
-  CHECK(mass.mean_iterations == Approx(row.mean_mass).epsilon(0.2));
-  CHECK(std::abs(mass.failures - row.failures_mass) <= 4);
-  if (!std::isnan(row.mean_jacobian))
-    CHECK(jacobian.mean_iterations == Approx(row.mean_jacobian).epsilon(0.2));
-  CHECK(std::abs(jacobian.failures - row.failures_jacobian) <= 4);
+  CHECK(found.mean_iterations == Approx(row.mean_iterations).epsilon(0.2));
+  CHECK(std::abs(found.failures - row.failures) <= 4);
   CHECK(reference.failures == 0);
   CHECK(reference.mean_iterations < 8.0);
 }
 
 TEST_CASE("Where a stiff contact sets in, Broyden's method takes 16, 151 and over 500 steps",
           "[broyden]") {
-  BroydenSolver broyden(BroydenStart::kMass, 1e-8);
-  dynamics::NewtonSolver newton(scene::SolverKind::kNewton, 1e-8);
+  BroydenSolver broyden(1e-8);
+  dynamics::NewtonSolver newton(1e-8);
 
   CHECK(dynamics::solve_contact_onset(broyden, 10.0, 1000).iterations == 16);
   CHECK(dynamics::solve_contact_onset(broyden, 100.0, 1000).iterations == 151);
@@ -117,22 +110,6 @@ TEST_CASE("Where a stiff contact sets in, Broyden's method takes 16, 151 and ove
   }
 }
 
-TEST_CASE("From its Jacobian Broyden's method needs few steps on a smooth system", "[broyden]") {
-  dynamics::CubicChain system(1.0);
-  Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
-  dynamics::Budget budget{.iterations = 100};
-
-  const dynamics::SolveReport report =
-      BroydenSolver(BroydenStart::kJacobian, 1e-10).solve(system, u, budget);
-
-  CHECK(report.converged);
-  CHECK(report.iterations < 15);
-  CHECK(report.iterations == 100 - budget.iterations);
-  Eigen::VectorXd residual(u.size());
-  system.residual(u, residual);
-  CHECK(dynamics::scaled_rms(system, residual) == report.residual);
-}
-
 TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
   // The residual grows first, so the best of few iterates is the first guess.
   dynamics::CubicChain system(1000.0);
@@ -142,8 +119,7 @@ TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
   const double first = dynamics::scaled_rms(system, residual);
   dynamics::Budget budget{.iterations = 3};
 
-  const dynamics::SolveReport report =
-      BroydenSolver(BroydenStart::kMass, 1e-10).solve(system, u, budget);
+  const dynamics::SolveReport report = BroydenSolver(1e-10).solve(system, u, budget);
 
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 3);
@@ -155,13 +131,27 @@ TEST_CASE("Broyden's method stops at what is no number", "[broyden]") {
   dynamics::CubicChain broken(std::numeric_limits<double>::quiet_NaN()), steep(1e60);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(broken.size()), v = 1e40 * u;
   dynamics::Budget budget{.iterations = 1000};
-  BroydenSolver solver(BroydenStart::kMass, 1e-10);
+  BroydenSolver solver(1e-10);
 
   CHECK_FALSE(solver.solve(broken, u, budget).converged);
   CHECK(budget.iterations == 1000);
   CHECK_FALSE(solver.solve(steep, v, budget).converged);
   CHECK(budget.iterations > 990);
   CHECK(v.allFinite());
+}
+
+TEST_CASE("A scene names Broyden's method in the laboratory alone", "[broyden]") {
+  const auto method_of = [](scene::Integrators integrators) {
+    return scene::read_scene("format = 2\n[simulation]\nintegrator = 'broyden'\n", "scene.toml",
+                             integrators)
+        .method;
+  };
+  CHECK(method_of(laboratory_methods()) == scene::Method{.integrator = kBroyden});
+  CHECK_THROWS_AS(method_of(scene::kIntegrators), toml::SceneError);
+}
+
+TEST_CASE("A step by Broyden's method is stopped, and resumed, as the product's", "[broyden]") {
+  dynamics::check_stopped_step({.integrator = kBroyden});
 }
 
 }  // namespace
