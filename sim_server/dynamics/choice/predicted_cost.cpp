@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "sim_server/dynamics/forces/explicit_joints.hpp"
-#include "sim_server/dynamics/forces/explicit_state.hpp"
-#include "sim_server/dynamics/forces/spring_spectrum.hpp"
+#include "sim_server/dynamics/forces/spring_bound.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -21,16 +20,6 @@ constexpr double kSpringLinearised = 45.0;  // residuals along a step included
 constexpr double kProducts = 14.0;          // of one iteration of Newton's method
 constexpr double kCurve = 2.5;              // springs a node at most
 constexpr double kSolid_ns = 12e6, kSolidNodes = 441.0, kSolidPower = 2.6;  // factors of a solid
-
-SpringRates spring_rates(const bodies::World& world) {
-  ExplicitState state;
-  for (const bodies::Node& node : world.nodes) {
-    state.position_m.emplace_back().map() = node.position_m;
-    state.inverse_mass_per_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
-  }
-  SpringForces springs(world);
-  return SpringSpectrum().follow(world, state, springs);
-}
 
 /// What factors of one body's block cost: by the entries of a curve's bandwidth, by those of a
 /// surface, n log n; a solid's by the products that make them, as measured.
@@ -63,7 +52,7 @@ SceneLoad load_of(const bodies::World& world) {
   load.spheres = static_cast<double>(world.spheres.size());
   load.unknowns = world.unknown_count;
   load.joints = static_cast<double>(world.joints.size());
-  const SpringRates rates = spring_rates(world), joints = JointSpectrum(world).bound(world, 0.0);
+  const SpringRates rates = bound_springs(world), joints = JointSpectrum(world).bound(world, 0.0);
   load.spring_rad_s = std::sqrt(rates.stiffness_per_s2 + joints.stiffness_per_s2);
   load.damping_1_s = rates.damping_per_s + joints.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
@@ -106,14 +95,20 @@ int stable_substeps(const SceneLoad& load, double step_s) {
       std::clamp(std::ceil(kSpare * step_s / symplectic_limit_s(load)), 1.0, kMax));
 }
 
+int taken_substeps(const SceneLoad& load, double step_s) {
+  constexpr double kContactRatio = 32.0, kMax = 1e9;  // h^2 w^2 of what touches
+  const double per_s =
+      std::max(substeps_per_s({load.spring_rad_s * load.spring_rad_s, load.damping_1_s}),
+               load.contact_rad_s / std::sqrt(kContactRatio));
+  return static_cast<int>(std::clamp(std::ceil(step_s * per_s), 1.0, kMax));
+}
+
 double predicted_ms(const SceneLoad& load, const scene::Method& method, double step_s) {
   const double contacts = 0.5 * load.spheres, touching = 0.5 * contacts;
   const double detection_ns = kDetection * load.spheres;
   const int given = method.substeps;
   if (scene::is_explicit(method.integrator)) {
-    double substeps = given > 0 ? given : stable_substeps(load, step_s);
-    if (method.integrator == scene::IntegratorKind::kVelocityVerlet)
-      substeps += 1.0;  // forces at the end
+    const double substeps = given > 0 ? given : taken_substeps(load, step_s);
     return 1e-6 *
            (detection_ns + substeps * (kSheetSpringForce * load.sheet_springs +
                                        kSpringForce * (load.springs - load.sheet_springs) +

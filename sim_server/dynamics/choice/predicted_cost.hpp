@@ -28,9 +28,12 @@ struct SceneLoad {
 /// to spare for what springs stiffen.
 [[nodiscard]] int stable_substeps(const SceneLoad& load, double step_s);
 
+/// Returns how many substeps explicit methods take in a step of step_s where none are given.
+[[nodiscard]] int taken_substeps(const SceneLoad& load, double step_s);
+
 /// What a step of step_s should cost, ms: counts times the cost of each operation as measured in
 /// tests/performance, right within two for explicit methods on springs, less so where contacts are
-/// many. Explicit methods take as many substeps as stability asks if none are given.
+/// many.
 [[nodiscard]] double predicted_ms(const SceneLoad& load, const scene::Method& method,
                                   double step_s);
 
