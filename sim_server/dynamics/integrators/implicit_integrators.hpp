@@ -59,7 +59,7 @@ class ImplicitIntegrator : public Integrator {
   StageRule rule(const Eigen::VectorXd& start_velocity, double duration_s);
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   void end_with(std::span<const contact::Contact> contacts, double contact_step_s);
-  void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
+  bool make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
   scene::IntegratorKind kind_;
   bool is_true_ = true;  // the last advance() converged
