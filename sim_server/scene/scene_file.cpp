@@ -319,6 +319,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
     names_integrator = names_integrator || simulation.has(key);
   const bool names_solver = simulation.has("solver");
+  const bool names_rate = simulation.has("rate_hz") || simulation.has("period_s");
   read_simulation(std::move(simulation), methods, scene);
   read_grid(document.table("grid"), scene);
   read_hands(document, scene);
@@ -330,6 +331,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   read_bodies(document, scene);
   read_joints(document, scene);
   serve_meshes(names_integrator, names_solver, scene);
+  scene.names_step = names_rate || names_integrator || names_solver;
   bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }
 
