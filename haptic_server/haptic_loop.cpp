@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "shared/realtime/flush_denormals.hpp"
+
 namespace stillgrid::haptic_server {
 namespace {
 
@@ -83,6 +85,7 @@ void HapticLoop::begin_anew() noexcept {
 }
 
 TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
+  const realtime::FlushDenormals flush;
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;
   tick_ns_ = now_ns;
@@ -140,12 +143,17 @@ void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
     device_code_ = device_.write_gripper(now_ns, told_.gripper_force_N);
 }
 
+rendering::Renderer& HapticLoop::renderer_of(const publication::SceneView& scene) noexcept {
+  if (held_ != nullptr && scene.header().period_ns <= period_ns_) return *held_;
+  const bool predicts = scene.scene().predicts != 0;
+  return without_prediction_ != nullptr && !predicts ? *without_prediction_ : *renderer_;
+}
+
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         std::uint64_t now_ns, recording::TickRow& row) noexcept {
-  rendering::Renderer& renderer = without_prediction_ != nullptr && scene.scene().predicts == 0
-                                      ? *without_prediction_
-                                      : *renderer_;
-  rendered_ = has_pose_ ? renderer.render(scene, pose_, now_ns) : rendering::RenderedTick{};
+  const realtime::FlushDenormals flush;
+  rendered_ =
+      has_pose_ ? renderer_of(scene).render(scene, pose_, now_ns) : rendering::RenderedTick{};
   if (rendered_.contended) flags_ |= safety::kFlagContended;
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
   if (rendered_.swept) flags_ |= safety::kFlagSwept;

@@ -36,14 +36,17 @@ class HapticLoop {
   using Clock = std::uint64_t (*)();
 
   /// without_prediction: renders in place of `renderer` where a scene predicts nothing; or none.
+  /// held: renders in place of both where a snapshot lasts for one tick or less; or none.
   HapticLoop(device::Device& device, publication::ToolWriter& tool,
              std::unique_ptr<rendering::Renderer> renderer, const safety::SafetyLimits& limits,
              std::uint64_t period_ns, Clock clock = nullptr,
-             std::unique_ptr<rendering::Renderer> without_prediction = nullptr)
+             std::unique_ptr<rendering::Renderer> without_prediction = nullptr,
+             std::unique_ptr<rendering::Renderer> held = nullptr)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
         without_prediction_(std::move(without_prediction)),
+        held_(std::move(held)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
         gripper_(limits.gripper),
@@ -114,6 +117,8 @@ class HapticLoop {
   publication::ToolWriter& tool_;
   std::unique_ptr<rendering::Renderer> renderer_;
   std::unique_ptr<rendering::Renderer> without_prediction_;  // none: renderer_ for all scenes
+  std::unique_ptr<rendering::Renderer> held_;                // likewise
+  [[nodiscard]] rendering::Renderer& renderer_of(const publication::SceneView& scene) noexcept;
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;
   safety::GripperSpring gripper_;

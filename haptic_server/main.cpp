@@ -31,8 +31,8 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
-  std::string hand;  // empty: the only one
-  std::string transition{display::name_of(options.transition)}, group;
+  std::string hand;               // empty: the only one
+  std::string transition, group;  // empty: by the scene; none
   std::filesystem::path report;
   bool realtime_guard = false;
 };
@@ -75,7 +75,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
     remarks += "; " + names.back() + ": " + std::string(law.remark);
   }
   app.add_option("--transition", arguments.transition,
-                 "How one snapshot passes to the next, default " + arguments.transition + remarks)
+                 "How one snapshot passes to the next; default: hold where a snapshot lasts for "
+                 "one tick, else predict" +
+                     remarks)
       ->check(CLI::IsMember(names));
   app.add_option(
          "--record", options.record,
@@ -239,7 +241,8 @@ int program_main(int argc, char** argv) {
     arguments.options.session =
         publication::hand_session(arguments.options.session, arguments.hand);
     arguments.options.version = STILLGRID_VERSION;
-    arguments.options.transition = *display::transition_named(arguments.transition);
+    if (!arguments.transition.empty())
+      arguments.options.transition = display::transition_named(arguments.transition);
     if (!arguments.group.empty())
       arguments.options.readers = publication::group_named(arguments.group);
     return safety::run_guarded(program_of(arguments));

@@ -186,7 +186,6 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   const std::uint64_t period_ns = realtime::to_ns(1.0 / options.rate_hz);
   report.rate_hz = options.rate_hz;
   report.measures_time = !options.lockstep;
-  report.transition = display::name_of(options.transition);
   const device::DeviceSpec spec = device::parse_device_spec(options.device);
   report.device = spec.plugin;
   const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
@@ -231,13 +230,16 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   report.scene = scene->scene().name.data();
 
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
-  const bool gives_way = display::law_of(options.transition).gives_way;
-  if (gives_way && scene->scene().predicts == 0) {
-    const std::string_view instead = display::name_of(rendering::kWithoutPrediction);
+  const display::Transition asked = options.transition.value_or(display::Transition::kPredict);
+  const bool gives_way = display::law_of(asked).gives_way;
+  display::Transition shown =
+      options.transition.value_or(rendering::default_transition(*scene, period_ns));
+  if (display::law_of(shown).gives_way && scene->scene().predicts == 0) {
+    shown = rendering::kWithoutPrediction;
     spdlog::info("scene '{}' predicts nothing: --transition {} in place of {}", report.scene,
-                 instead, report.transition);
-    report.transition = instead;
+                 display::name_of(shown), display::name_of(asked));
   }
+  report.transition = display::name_of(shown);
   if (!options.record.empty())
     recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
                                                      head_of(options, report), source_of(options));
@@ -246,9 +248,10 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
                                options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
   tell_undeclared_torque(device.descriptor(), limits);
   const auto loop = std::make_unique<HapticLoop>(
-      device, tool, rendering::make_renderer(options.transition), limits, period_ns,
+      device, tool, rendering::make_renderer(asked), limits, period_ns,
       options.lockstep ? nullptr : realtime::monotonic_ns,
-      gives_way ? rendering::make_renderer(rendering::kWithoutPrediction) : nullptr);
+      gives_way ? rendering::make_renderer(rendering::kWithoutPrediction) : nullptr,
+      options.transition ? nullptr : rendering::make_renderer(display::Transition::kHold));
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};

@@ -22,6 +22,7 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
                                        LockstepSchedule schedule, CostClock now_s,
                                        double prediction_s)
     : session_(unique_session()),
+      predicts_(predicts(scene)),
       prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
@@ -63,7 +64,7 @@ void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterSt
   const dynamics::StepReport report = simulation_.step(
       static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool, {.iterations = kMaxIterations});
   times_ = times_of(snapshot_, report);
-  prediction_ = simulation_.predict_next(prediction_s_);
+  if (predicts_) prediction_ = simulation_.predict_next(prediction_s_);
   if (clock_s_) step_s_.push_back(now_s() - began_s);
   if (after_step) after_step(simulation_, report);
 }

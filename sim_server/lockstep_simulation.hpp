@@ -54,6 +54,7 @@ class LockstepSimulation {
   [[nodiscard]] double now_s() const { return clock_s_ ? clock_s_() : 0.0; }
 
   std::string session_;
+  bool predicts_;
   double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;

@@ -22,6 +22,7 @@
 #include "sim_server/available_memory.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/contact/start_warnings.hpp"
+#include "sim_server/dynamics/choice/default_step.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "sim_server/hand_path.hpp"
@@ -127,7 +128,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
 }
 
 /// What CLI11 cannot say by itself.
-void check(const Arguments& arguments, double period_s) {
+void check(const Arguments& arguments) {
   const bool is_run = !arguments.explain && !arguments.check && arguments.surfaces.empty();
   if (is_run && !arguments.offline && arguments.server.session.empty())
     throw CLI::ValidationError("--session",
@@ -137,6 +138,9 @@ void check(const Arguments& arguments, double period_s) {
     throw CLI::ValidationError("--offline", "needs --duration");
   if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
     throw CLI::ValidationError("--jitter", "needs --lockstep or --offline");
+}
+
+void check_latency(const Arguments& arguments, double period_s) {
   if (arguments.server.latency_s > period_s)
     throw CLI::ValidationError("--latency", "value " + std::to_string(arguments.server.latency_s) +
                                                 ": expected at most the period, " +
@@ -173,7 +177,7 @@ bodies::World checked_world(const scene::SceneDescription& scene, const Argument
   const int stable = dynamics::stable_substeps(dynamics::load_of(world), scene.period_s);
   if (method.substeps < stable)
     spdlog::warn(
-        "{}: simulation.substeps: value {}: not stable in a step of {} s; {} would be, and so is "
+        "{}: simulation.substeps: value {}: may not be stable in a step of {} s; {} is, and so is "
         "leaving it out",
         file, method.substeps, scene.period_s, stable);
   return world;
@@ -230,6 +234,7 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
+  check(arguments);
   // While it is held without a segment, haptic_server waits for the scene to be loaded.
   std::optional<publication::SessionLock> lock;
   try {
@@ -244,7 +249,6 @@ int run(Arguments& arguments) {
     scene.period_s = 1.0 / *arguments.rate_hz;
     scene.choose_rate = false;
   }
-  check(arguments, scene.period_s);
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
@@ -256,6 +260,8 @@ int run(Arguments& arguments) {
   if (!arguments.group.empty())
     arguments.server.readers = publication::group_named(arguments.group);
   bodies::World world = checked_world(scene, arguments);
+  if (!arguments.rate_hz) dynamics::settle_step(scene, world);
+  check_latency(arguments, scene.period_s);
   const ChoiceFiles choice_files{arguments.scene, arguments.choice};
   if (arguments.explain) {
     explain_choices(scene, world, choice_files);
@@ -280,6 +286,7 @@ int run(Arguments& arguments) {
     report.hands.emplace_back().name = hand.name;
   report.solver = scene::describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
+  simulation.watch_energy();
   if (!arguments.report.empty()) simulation.account_energy();
   int status = realtime::kDone;
   // Before, a signal ends the process, which leaves at worst the file of the lock, and it is free.
@@ -289,8 +296,8 @@ int run(Arguments& arguments) {
                    realtime::stop_requested());
   } catch (const publication::SegmentError& error) {
     status = fail(error, realtime::kCouldNotStart);
-  } catch (const std::domain_error& error) {  // the state is no number
-    status = fail(error, realtime::kBadInput);
+  } catch (const std::domain_error& error) {  // the state is not finite, or gained energy
+    status = fail(error, realtime::kNotConverged);
     report.ended_by = error.what();
   } catch (const std::bad_alloc&) {
     status = fail(std::runtime_error("out of memory"), realtime::kCouldNotStart);

@@ -42,6 +42,7 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
+  fixed.predicts = predicts(scene);
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);
   const scene::DeviceFrame& device = hand.device;

@@ -14,6 +14,12 @@ namespace stillgrid::sim_server {
 /// Iterations of a step, on any clock: more than the parts of a step that converges have together.
 inline constexpr int kMaxIterations = 1000;
 
+/// Whether snapshots of the scene tell where the next step leads. At 1 kHz a snapshot is shown for
+/// one tick, and nothing is predicted.
+[[nodiscard]] inline bool predicts(const scene::SceneDescription& scene) {
+  return scene.period_s > 1.000001e-3;  // a rounding longer than a millisecond
+}
+
 /// What is published of a scene for one of its hands, once, before its first snapshot.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                                     const dynamics::Simulation& simulation,

@@ -127,8 +127,9 @@ void write_report(const SimulationReport& report, const bodies::World& world,
     json["phases_ms"] = {{"detect", reading::histogram_json(report.detect_ns, 1e-6)},
                          {"respond", reading::histogram_json(report.respond_ns, 1e-6)},
                          {"integrate", reading::histogram_json(report.integrate_ns, 1e-6)}};
-    if (report.publish_ns.count() > 0) {
+    if (report.predict_ns.count() > 0)
       json["phases_ms"]["predict"] = reading::histogram_json(report.predict_ns, 1e-6);
+    if (report.publish_ns.count() > 0) {
       json["phases_ms"]["publish"] = reading::histogram_json(report.publish_ns, 1e-6);
     }
   }

@@ -51,8 +51,8 @@ std::string summary_of(const scene::SceneDescription& scene, const bodies::World
                 scene.choose_rate ? " (chosen)" : "", scene::describe(scene.method).c_str());
   std::string step = rate.data();
   if (scene::is_explicit(scene.method.integrator) && scene.method.substeps == 0) {
-    const int substeps = dynamics::stable_substeps(dynamics::load_of(world), scene.period_s);
-    step += ", " + count_of(static_cast<std::size_t>(std::max(1, substeps)), "substep", "substeps");
+    const int substeps = dynamics::taken_substeps(dynamics::load_of(world), scene.period_s);
+    step += ", " + count_of(static_cast<std::size_t>(substeps), "substep", "substeps");
   }
   if (scene.choose_method) step += " (chosen)";
   return scene.name + ": " + bodies_of(scene) + content_of(world) + hands_line(scene) + step + '\n';

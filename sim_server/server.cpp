@@ -117,10 +117,12 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const dynamics::StepReport step = simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
-      const std::uint64_t began_ns = realtime::monotonic_ns();
-      const publication::SnapshotPrediction prediction =
-          simulation.predict_next(scene.period_s, budget, hand);
-      report.predict_ns.record(realtime::monotonic_ns() - began_ns);
+      publication::SnapshotPrediction prediction;
+      if (predicts(scene)) {
+        const std::uint64_t began_ns = realtime::monotonic_ns();
+        prediction = simulation.predict_next(scene.period_s, budget, hand);
+        report.predict_ns.record(realtime::monotonic_ns() - began_ns);
+      }
       publish(hand, wake.deadline_ns, wake.now_ns, step, prediction);
     }
     count_step(report, step);
@@ -159,7 +161,8 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
         to_s(snapshot.step_ns), take_tools, {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) break;
     // The hands tick on meanwhile; the predictions for the others take the place of this one.
-    publication::SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
+    publication::SnapshotPrediction prediction;
+    if (predicts(scene)) prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
 
     const ScheduledSnapshot shown = snapshot;
@@ -167,7 +170,8 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
     if (!peers.wait(&Header::lockstep_event_ns, shown.publish_ns)) break;
     for (std::size_t hand = 0; hand < hands; ++hand) {
-      if (hand > 0) prediction = simulation.predict_next(scene.period_s, {}, hand);
+      if (hand > 0 && predicts(scene))
+        prediction = simulation.predict_next(scene.period_s, {}, hand);
       publication::SceneWriter& writer = session.hands()[hand].writer();
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);

@@ -115,4 +115,12 @@ class Renderer {
 /// never jumps, and asks nothing of the simulation.
 inline constexpr display::Transition kWithoutPrediction = display::Transition::kRestart;
 
+/// Returns how a scene is shown where no transition is asked for: `hold` where a snapshot lasts for
+/// one tick or less, else `predict`, or kWithoutPrediction where nothing is predicted.
+[[nodiscard]] inline display::Transition default_transition(const publication::SceneView& scene,
+                                                            std::uint64_t tick_ns) noexcept {
+  if (scene.header().period_ns <= tick_ns) return display::Transition::kHold;
+  return scene.scene().predicts != 0 ? display::Transition::kPredict : kWithoutPrediction;
+}
+
 }  // namespace stillgrid::rendering

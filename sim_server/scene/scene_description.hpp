@@ -70,6 +70,7 @@ struct SceneDescription {
   bool choose_rate = false;       // rate_hz = "auto": the period is to be chosen by choose_rate()
   double processor_share = 0.25;  // of one processor: what a rate chosen so may cost
   Method method;
+  bool names_step = true;        // false: neither a rate nor a method, see settle_step()
   bool choose_method = false;    // integrator = "auto": choose_method() chooses the method
   double error_target_m = 1e-3;  // of positions, rms: what a method chosen so may err
   bool sleeping = true;          // bodies at rest leave the work until something touches them

@@ -302,6 +302,7 @@ void read_tables(toml::TableReader& document, Integrators integrators, const std
   bool names_method = false;
   for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
     names_method = names_method || simulation.has(key);
+  const bool names_rate = simulation.has("rate_hz") || simulation.has("period_s");
   read_simulation(std::move(simulation), integrators, scene);
   read_grid(document.table("grid"), scene);
   read_hands(document, scene);
@@ -313,6 +314,7 @@ void read_tables(toml::TableReader& document, Integrators integrators, const std
   read_bodies(document, scene);
   read_joints(document, scene);
   serve_meshes(names_method, scene);
+  scene.names_step = names_rate || names_method;
   bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }
 

@@ -61,6 +61,12 @@ class LaunchTest(daemons.SessionTest):
         self.assertEqual(daemons.read_report(self.folder / "haptic.json")["ticks"], 2000)
         self.assertEqual(daemons.read_report(self.folder / "sim.json")["steps"], 60)
 
+    def test_without_a_device_the_scenes_own_hand_leads_the_tool(self):
+        recording = self.folder / "recording.csv"
+        launch = self.launch("sewn_ball", "--duration", 2, "--lockstep", "--record", recording)
+        self.assertEqual(launch.wait(20.0), DONE, launch.lines())
+        self.assertGreater(daemons.read_recording(recording)["contacts"].max(), 0)
+
     def test_a_hand_each_runs_with_a_device_a_recording_and_a_report_of_its_own(self):
         recording = self.folder / "felt.csv"
         launch = self.launch("block_pinched", "--lockstep", "--duration", 1, "--hand", "left", "--hand",

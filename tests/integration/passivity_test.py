@@ -41,7 +41,7 @@ class PassivityTest(daemons.SessionTest):
                                       "1.1,0,0,0\n9,0,0,0\n")
         reports = [self.folder / "haptic.json", self.folder / "sim.json"]
         self.run_lockstep("tissue_and_blocks", f"replay:file={hand}", 1.5, haptic=("--report", reports[0]),
-                          sim=("--report", reports[1], "--latency", 0.003, "--jitter", 0.2))
+                          sim=("--rate", 250, "--report", reports[1], "--latency", 0.003, "--jitter", 0.2))
         haptic, sim = (daemons.read_report(report) for report in reports)
         interface = haptic["interface"]
         self.assertGreater(abs(interface["booked_J"]), 1e-4)

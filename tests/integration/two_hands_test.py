@@ -82,7 +82,7 @@ class LockstepTest(HandsTest):
     def test_two_hands_in_lockstep_repeat_byte_for_byte(self):
         for scene in ("block_pinched", "cloth_held_by_two"):
             devices = {name: path_of(scene, name) for name in HANDS}
-            sim = ("--jitter", 0.2, "--seed", 7, "--latency", 0.002)
+            sim = ("--rate", 250, "--jitter", 0.2, "--seed", 7, "--latency", 0.002)
             self.assertEqual(self.run_hands(scene, devices, 4.1, sim), self.run_hands(scene, devices, 4.1, sim),
                              scene)
 

@@ -46,7 +46,7 @@ constexpr std::array<Law, 16> kLaws = {{
      100},
     {15, "every vector", "The same motion on every instruction set that the processor has",
      every_vector_alike, 10, 20'000},
-    {16, "no gain", "What tumbles, undriven, never has more energy than it had",
+    {16, "no gain", "What tumbles or drops, undriven, never has more energy than it had",
      nothing_gains_energy, 16, 20'000},
 }};
 

@@ -34,6 +34,7 @@ void move_scene(const scene::SceneDescription& scene, const LawCase& law_case,
                 const ToolPaths& paths, const AfterStep& after) {
   constexpr int kLeastSteps = 3;
   dynamics::Simulation simulation(scene);
+  simulation.watch_energy();  // as sim_server does
   sim_server::LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
   double time_s = 0.0;
   for (int steps = 0; time_s < law_case.duration_s || steps < kLeastSteps; ++steps) {

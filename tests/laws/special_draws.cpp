@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tests/laws/body_draws.hpp"
+#include "tests/laws/drop_draws.hpp"
 
 namespace stillgrid::laws {
 namespace {
@@ -231,7 +232,10 @@ bool draw_special(LawCase& law_case, Random& random) {
       draw_verdict(law_case, random);
       return true;
     case 16:
-      draw_tumble(law_case, random);
+      if (random.chance(0.5))
+        draw_drop(law_case, random);
+      else
+        draw_tumble(law_case, random);
       return true;
     default:
       return false;

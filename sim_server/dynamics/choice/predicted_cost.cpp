@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "sim_server/dynamics/forces/explicit_joints.hpp"
-#include "sim_server/dynamics/forces/explicit_state.hpp"
-#include "sim_server/dynamics/forces/spring_spectrum.hpp"
+#include "sim_server/dynamics/forces/spring_bound.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -19,16 +18,6 @@ constexpr double kContactJacobian = 1000.0;
 constexpr double kSpringProduct = 3.5, kContactProduct = 100.0;
 constexpr double kSpringLinearised = 45.0;  // residuals along a step included
 
-SpringRates spring_rates(const bodies::World& world) {
-  ExplicitState state;
-  for (const bodies::Node& node : world.nodes) {
-    state.position_m.emplace_back().map() = node.position_m;
-    state.inverse_mass_per_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
-  }
-  SpringForces springs(world);
-  return SpringSpectrum().follow(world, state, springs);
-}
-
 }  // namespace
 
 SceneLoad load_of(const bodies::World& world) {
@@ -37,7 +26,7 @@ SceneLoad load_of(const bodies::World& world) {
   load.nodes = static_cast<double>(world.nodes.size());
   load.spheres = static_cast<double>(world.spheres.size());
   load.joints = static_cast<double>(world.joints.size());
-  const SpringRates rates = spring_rates(world), joints = JointSpectrum(world).bound(world, 0.0);
+  const SpringRates rates = bound_springs(world), joints = JointSpectrum(world).bound(world, 0.0);
   load.spring_rad_s = std::sqrt(rates.stiffness_per_s2 + joints.stiffness_per_s2);
   load.damping_1_s = rates.damping_per_s + joints.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
@@ -72,6 +61,14 @@ double stable_step_s(const SceneLoad& load) {
 int stable_substeps(const SceneLoad& load, double step_s) {
   constexpr double kSpare = 1.1, kMax = 1e9;
   return static_cast<int>(std::clamp(std::ceil(kSpare * step_s / stable_step_s(load)), 1.0, kMax));
+}
+
+int taken_substeps(const SceneLoad& load, double step_s) {
+  constexpr double kContactRatio = 32.0, kMax = 1e9;  // h^2 w^2 of what touches
+  const double per_s =
+      std::max(substeps_per_s({load.spring_rad_s * load.spring_rad_s, load.damping_1_s}),
+               load.contact_rad_s / std::sqrt(kContactRatio));
+  return static_cast<int>(std::clamp(std::ceil(step_s * per_s), 1.0, kMax));
 }
 
 double cost_ms(const SceneLoad& load, const scene::Method& method, const StepWork& work) {

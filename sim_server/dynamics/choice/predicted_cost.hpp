@@ -25,6 +25,9 @@ struct SceneLoad {
 /// what springs stiffen.
 [[nodiscard]] int stable_substeps(const SceneLoad& load, double step_s);
 
+/// Returns how many substeps explicit methods take in a step of step_s where none are given.
+[[nodiscard]] int taken_substeps(const SceneLoad& load, double step_s);
+
 /// Counted work of a step.
 struct StepWork {
   double parts = 1.0;       // for each of which contacts are detected

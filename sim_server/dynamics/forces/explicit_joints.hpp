@@ -8,7 +8,7 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
-#include "sim_server/dynamics/forces/spring_spectrum.hpp"
+#include "sim_server/dynamics/forces/spring_bound.hpp"
 
 namespace stillgrid::dynamics {
 

@@ -55,7 +55,7 @@ HWY_INLINE void Pack(const From& from, std::size_t columns, std::size_t stride,
   }
 }
 
-template <SpringLaw law>
+template <bool damped>
 double PullSheet(SpringSheet& sheet, const SpringNodes& nodes) {
   constexpr std::size_t kHeld = kSpan + 1;
   const SheetRows rows(sheet);
@@ -63,18 +63,18 @@ double PullSheet(SpringSheet& sheet, const SpringNodes& nodes) {
     const std::size_t node = sheet.first_node + row * sheet.columns;
     const std::size_t to = SheetRows::of_nodes(row % kHeld);
     Unpack(nodes.position_m + node, sheet.columns, rows[to], sheet.stride);
-    if (law == SpringLaw::kElastic) return;
+    if (!damped) return;
     Unpack(nodes.velocity_m_s + node, sheet.columns, rows[to + 3], sheet.stride);
   };
   const auto done = [&](std::size_t row, const Stencil& s) HWY_ATTR {
     Pack([&](std::size_t i) HWY_ATTR { return Force(s, i); }, sheet.columns, sheet.stride,
          nodes.force_N + sheet.first_node + row * sheet.columns);
   };
-  return PullRows<law>(sheet, kHeld, enter, done);
+  return PullRows<damped>(sheet, kHeld, enter, done);
 }
 
-double PullAnySheet(SpringSheet& sheet, SpringLaw law, const SpringNodes& nodes) {
-  return ByLaw(law, [&](auto chosen) { return PullSheet<decltype(chosen)::value>(sheet, nodes); });
+double PullAnySheet(SpringSheet& sheet, const SpringNodes& nodes) {
+  return sheet.damped ? PullSheet<true>(sheet, nodes) : PullSheet<false>(sheet, nodes);
 }
 
 void TakeNodes(const ExplicitState& state, SpringSheet& sheet) {
@@ -120,8 +120,8 @@ double MoveSheet(SpringSheet& sheet, const Move& move, const double* gravity_m_s
   const auto done = [&](std::size_t /*row*/, const Stencil& s)
                         HWY_ATTR { MoveRow(s, move, gravity_m_s2); };
   const std::size_t held = sheet.rows + kSpan;
-  return sheet.damped ? PullRows<SpringLaw::kDamped>(sheet, held, enter, done)
-                      : PullRows<SpringLaw::kElastic>(sheet, held, enter, done);
+  return sheet.damped ? PullRows<true>(sheet, held, enter, done)
+                      : PullRows<false>(sheet, held, enter, done);
 }
 
 }  // namespace stillgrid::dynamics::HWY_NAMESPACE
@@ -136,8 +136,8 @@ HWY_EXPORT(GiveNodes);
 HWY_EXPORT(MoveSheet);
 }  // namespace
 
-double pull_sheet(SpringSheet& sheet, SpringLaw law, const SpringNodes& nodes) {
-  return HWY_DYNAMIC_DISPATCH(PullAnySheet)(sheet, law, nodes);
+double pull_sheet(SpringSheet& sheet, const SpringNodes& nodes) {
+  return HWY_DYNAMIC_DISPATCH(PullAnySheet)(sheet, nodes);
 }
 
 void take_nodes(const ExplicitState& state, SpringSheet& sheet) {

@@ -7,8 +7,8 @@
 
 namespace stillgrid::dynamics {
 
-/// Sets the forces of the sheet's nodes. Returns the power that dampers take, W; of an answer zero.
-double pull_sheet(SpringSheet& sheet, SpringLaw law, const SpringNodes& nodes);
+/// Sets the forces of the sheet's nodes. Returns the power that dampers take, W.
+double pull_sheet(SpringSheet& sheet, const SpringNodes& nodes);
 
 /// The sheet takes its nodes from the state, to move them by itself until it gives them back.
 void take_nodes(const ExplicitState& state, SpringSheet& sheet);

@@ -80,7 +80,7 @@ HWY_INLINE void Line(const Row* rows, const Ends& ends, std::size_t i, std::size
 
 /// What the springs of one kind that begin at columns i and after pull at where they begin. Beyond
 /// the last of them it is zero; whole: none is.
-template <std::size_t kind, SpringLaw law, bool whole>
+template <std::size_t kind, bool damped, bool whole>
 HWY_INLINE void PullKind(const Stencil& s, const RowConstants& constants, std::size_t i, Vec& x,
                          Vec& y, Vec& z, Vec& power) {
   const Tag d;
@@ -92,28 +92,18 @@ HWY_INLINE void PullKind(const Stencil& s, const RowConstants& constants, std::s
   Vec c = hn::Set(d, constants[kind].damping_N_s_per_m);
   Line(s.x, kOwn, i, s.stride, x, y, z);
   const Vec square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
-  Vec along = hn::Zero(d), v_x = along, v_y = along, v_z = along, sideways = along;
-  if (law != SpringLaw::kElastic) {
+  Vec along = hn::Zero(d);
+  if (damped) {
+    Vec v_x, v_y, v_z;
     Line(s.v, kOwn, i, s.stride, v_x, v_y, v_z);
     along = Dot(x, y, z, v_x, v_y, v_z, along);
     if (!whole) c = hn::IfThenElseZero(there, c);
   }
-  Vec pull;
-  if constexpr (law == SpringLaw::kStiffness)
-    pull = Answer<true>(d, square, along, k, push, sideways);
-  else if constexpr (law == SpringLaw::kDampers)
-    pull = Answer<false>(d, square, along, c, push, sideways);
-  else
-    pull = Pull<law == SpringLaw::kDamped>(d, square, along, k, push, c, power);
+  Vec pull = Pull<damped>(d, square, along, k, push, c, power);
   if (!whole) pull = hn::IfThenElseZero(there, pull);
   x = hn::Mul(pull, x);
   y = hn::Mul(pull, y);
   z = hn::Mul(pull, z);
-  if (law != SpringLaw::kStiffness) return;
-  if (!whole) sideways = hn::IfThenElseZero(there, sideways);
-  x = hn::MulAdd(sideways, v_x, x);
-  y = hn::MulAdd(sideways, v_y, y);
-  z = hn::MulAdd(sideways, v_z, z);
 }
 
 /// Adds what the springs that begin at one node pull at it and at the others: of one coordinate.
@@ -132,17 +122,17 @@ HWY_INLINE void AddForces(const Stencil& s, std::size_t i, Vec right, Vec down, 
 }
 
 /// The springs that begin at columns i and after, in one look: each line is measured once.
-template <SpringLaw law, bool whole>
+template <bool damped, bool whole>
 HWY_INLINE void PullLook(const Stencil& s, const RowConstants& constants, std::size_t i,
                          Vec& power) {
   Vec right_x, right_y, right_z, down_x, down_y, down_z, diagonal_x, diagonal_y, diagonal_z;
   Vec other_x, other_y, other_z, right2_x, right2_y, right2_z, down2_x, down2_y, down2_z;
-  PullKind<0, law, whole>(s, constants, i, right_x, right_y, right_z, power);
-  PullKind<1, law, whole>(s, constants, i, down_x, down_y, down_z, power);
-  PullKind<2, law, whole>(s, constants, i, diagonal_x, diagonal_y, diagonal_z, power);
-  PullKind<3, law, whole>(s, constants, i, other_x, other_y, other_z, power);
-  PullKind<4, law, whole>(s, constants, i, right2_x, right2_y, right2_z, power);
-  PullKind<5, law, whole>(s, constants, i, down2_x, down2_y, down2_z, power);
+  PullKind<0, damped, whole>(s, constants, i, right_x, right_y, right_z, power);
+  PullKind<1, damped, whole>(s, constants, i, down_x, down_y, down_z, power);
+  PullKind<2, damped, whole>(s, constants, i, diagonal_x, diagonal_y, diagonal_z, power);
+  PullKind<3, damped, whole>(s, constants, i, other_x, other_y, other_z, power);
+  PullKind<4, damped, whole>(s, constants, i, right2_x, right2_y, right2_z, power);
+  PullKind<5, damped, whole>(s, constants, i, down2_x, down2_y, down2_z, power);
   AddForces(s, i, right_x, down_x, diagonal_x, other_x, right2_x, down2_x);
   AddForces(s, i + s.stride, right_y, down_y, diagonal_y, other_y, right2_y, down2_y);
   AddForces(s, i + 2 * s.stride, right_z, down_z, diagonal_z, other_z, right2_z, down2_z);
@@ -151,7 +141,7 @@ HWY_INLINE void PullLook(const Stencil& s, const RowConstants& constants, std::s
 /// Calls enter(row) for each row of nodes before it is looked at, and done(row, its rows) when its
 /// forces are complete and the row after has been looked at as well: what was stored last is then
 /// no longer under way. held: rows of nodes that are kept at once.
-template <SpringLaw law, class Enter, class Done>
+template <bool damped, class Enter, class Done>
 HWY_INLINE double PullRows(SpringSheet& sheet, std::size_t held, const Enter& enter,
                            const Done& done) {
   const SheetRows rows(sheet);
@@ -176,8 +166,9 @@ HWY_INLINE double PullRows(SpringSheet& sheet, std::size_t held, const Enter& en
     }
     std::size_t i = 0;
     for (; i + hn::Lanes(Tag()) + kSpan <= sheet.columns; i += hn::Lanes(Tag()))
-      PullLook<law, true>(s, constants, i, power);
-    for (; i < sheet.columns; i += hn::Lanes(Tag())) PullLook<law, false>(s, constants, i, power);
+      PullLook<damped, true>(s, constants, i, power);
+    for (; i < sheet.columns; i += hn::Lanes(Tag()))
+      PullLook<damped, false>(s, constants, i, power);
     if (row > 0) done(row - 1, before);
     before = s;
   }

@@ -46,55 +46,46 @@ HWY_INLINE void AddForce(double pull, const PackedVector& line, PackedVector& a,
   }
 }
 
-template <SpringLaw law>
+template <bool damped>
 double PullGroup(const SpringGroup& group, const SpringNodes& nodes) {
-  constexpr bool kMoves = law != SpringLaw::kElastic, kAnswers = law == SpringLaw::kStiffness;
   const FourTag d;  // as wide as what stores before it, or a load would wait until they are done
   using Four = hn::Vec<FourTag>;
   const ConstRow stiffness(group.stiffness_N_per_m.data(), group.stiffness_N_per_m);
   const ConstRow pushes(group.push_N.data(), group.push_N);
   const ConstRow dampings(group.damping_N_s_per_m.data(), group.damping_N_s_per_m);
   PackedVector lines[contact::kLanes], speeds[contact::kLanes];
-  Look pulls, sideways;
+  Look pulls;
   Four power = hn::Zero(d);
   for (std::size_t i = 0; i < group.a.size(); i += contact::kLanes) {
     for (std::size_t k = 0; k < contact::kLanes; ++k) {
       const std::size_t a = group.a[i + k], b = group.b[i + k];
       Difference(nodes.position_m[b], nodes.position_m[a], lines[k]);
-      if (kMoves) Difference(nodes.velocity_m_s[b], nodes.velocity_m_s[a], speeds[k]);
+      if (damped) Difference(nodes.velocity_m_s[b], nodes.velocity_m_s[a], speeds[k]);
     }
     for (std::size_t k = 0; k < contact::kLanes; k += hn::Lanes(d)) {
       Four x, y, z, zero;
       hn::LoadInterleaved4(d, &lines[k].x, x, y, z, zero);
       const Four square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
-      Four along = zero, c = zero, side = zero, pull;
-      if (kMoves) {
+      Four along = zero, c = zero;
+      if (damped) {
         Four v_x, v_y, v_z;
         hn::LoadInterleaved4(d, &speeds[k].x, v_x, v_y, v_z, zero);
         along = Dot(x, y, z, v_x, v_y, v_z, zero);
         c = hn::LoadU(d, dampings.at(i + k));
       }
       const Four push = hn::LoadU(d, pushes.at(i + k));
-      if constexpr (kAnswers)
-        pull = Answer<true>(d, square, along, hn::LoadU(d, stiffness.at(i + k)), push, side);
-      else if constexpr (law == SpringLaw::kDampers)
-        pull = Answer<false>(d, square, along, c, push, side);
-      else
-        pull = Pull<kMoves>(d, square, along, hn::LoadU(d, stiffness.at(i + k)), push, c, power);
-      hn::Store(pull, d, pulls.lanes + k);
-      if (kAnswers) hn::Store(side, d, sideways.lanes + k);
+      hn::Store(Pull<damped>(d, square, along, hn::LoadU(d, stiffness.at(i + k)), push, c, power),
+                d, pulls.lanes + k);
     }
-    for (std::size_t k = 0; k < contact::kLanes; ++k) {
-      PackedVector &a = nodes.force_N[group.a[i + k]], &b = nodes.force_N[group.b[i + k]];
-      AddForce(pulls.lanes[k], lines[k], a, b);
-      if (kAnswers) AddForce(sideways.lanes[k], speeds[k], a, b);
-    }
+    for (std::size_t k = 0; k < contact::kLanes; ++k)
+      AddForce(pulls.lanes[k], lines[k], nodes.force_N[group.a[i + k]],
+               nodes.force_N[group.b[i + k]]);
   }
   return hn::GetLane(hn::SumOfLanes(d, power));
 }
 
-double PullAnyGroup(const SpringGroup& group, SpringLaw law, const SpringNodes& nodes) {
-  return ByLaw(law, [&](auto chosen) { return PullGroup<decltype(chosen)::value>(group, nodes); });
+double PullAnyGroup(const SpringGroup& group, const SpringNodes& nodes) {
+  return group.damped ? PullGroup<true>(group, nodes) : PullGroup<false>(group, nodes);
 }
 
 /// kicks, drifts: for longer than zero.
@@ -147,10 +138,6 @@ SpringNodes nodes_of(ExplicitState& state) {
   return {state.position_m.data(), state.velocity_m_s.data(), state.force_N.data()};
 }
 
-SpringLaw own_law(bool damped) {
-  return damped ? SpringLaw::kDamped : SpringLaw::kElastic;
-}
-
 }  // namespace
 
 SpringForces::SpringForces(const bodies::World& world) {
@@ -171,30 +158,17 @@ double SpringForces::evaluate(const bodies::World& world, ExplicitState& state) 
   const SpringNodes nodes = nodes_of(state);
   double power_W = 0.0;
   for (SpringSheet& sheet : sheets_)
-    if (!world.bodies[sheet.body].is_sleeping)
-      power_W += pull_sheet(sheet, own_law(sheet.damped), nodes);
-  return power_W + pull_groups(world, {}, nodes);
+    if (!world.bodies[sheet.body].is_sleeping) power_W += pull_sheet(sheet, nodes);
+  return power_W + pull_groups(world, nodes);
 }
 
-void SpringForces::answer(const bodies::World& world, SpringLaw law, const ExplicitState& state,
-                          const std::vector<PackedVector>& displacements,
-                          std::vector<PackedVector>& forces) {
-  const SpringNodes nodes{state.position_m.data(), displacements.data(), forces.data()};
-  for (SpringSheet& sheet : sheets_)
-    if (!world.bodies[sheet.body].is_sleeping) (void)pull_sheet(sheet, law, nodes);
-  (void)pull_groups(world, law, nodes);
-}
-
-/// law: none, each group's own.
-double SpringForces::pull_groups(const bodies::World& world, std::optional<SpringLaw> law,
-                                 const SpringNodes& nodes) {
+double SpringForces::pull_groups(const bodies::World& world, const SpringNodes& nodes) {
   double power_W = 0.0;
   for (const SpringGroup& group : groups_) {
     const bodies::BodyRange& body = world.bodies[group.body];
     if (body.is_sleeping) continue;
     std::fill_n(nodes.force_N + body.first_node, body.node_count, PackedVector{});
-    power_W +=
-        HWY_DYNAMIC_DISPATCH(PullAnyGroup)(group, law.value_or(own_law(group.damped)), nodes);
+    power_W += HWY_DYNAMIC_DISPATCH(PullAnyGroup)(group, nodes);
   }
   return power_W;
 }
@@ -209,7 +183,7 @@ double SpringForces::move(const bodies::World& world, const Move& move, Explicit
   for (SpringSheet& sheet : sheets_)
     if (!world.bodies[sheet.body].is_sleeping)
       power_W += move_sheet(sheet, move, world.gravity_m_s2);
-  power_W += pull_groups(world, {}, nodes_of(state));
+  power_W += pull_groups(world, nodes_of(state));
   for (const NodeRange& nodes : in_groups_) move_range(move, world.gravity_m_s2, nodes, state);
   return power_W;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
@@ -26,12 +25,6 @@ class SpringForces {
   /// constructor's.
   double evaluate(const bodies::World& world, ExplicitState& state);
 
-  /// Sets forces of every node of the bodies that are awake to what the stiffness of springs, or
-  /// their dampers, answer displacements with where the state is: -K u or -C u. The push of
-  /// compressed springs to the side, which softens, is left out.
-  void answer(const bodies::World& world, SpringLaw law, const ExplicitState& state,
-              const std::vector<PackedVector>& displacements, std::vector<PackedVector>& forces);
-
   /// Where nothing but springs and gravity acts: sheets take their nodes out of the state, move()
   /// moves all nodes, those of the state and those taken, and sheets give theirs back.
   void take(const bodies::World& world, const ExplicitState& state);
@@ -40,8 +33,7 @@ class SpringForces {
   void give(const bodies::World& world, ExplicitState& state);
 
  private:
-  double pull_groups(const bodies::World& world, std::optional<SpringLaw> law,
-                     const SpringNodes& nodes);
+  double pull_groups(const bodies::World& world, const SpringNodes& nodes);
 
   std::vector<SpringSheet> sheets_;
   std::vector<SpringGroup> groups_;

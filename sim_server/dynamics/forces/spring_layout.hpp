@@ -23,12 +23,7 @@ inline constexpr std::size_t kSpringKinds = 6;
 /// Added to squares of lengths, so that none is zero, m2.
 inline constexpr double kShortest_m2 = 1e-30;
 
-/// What pulls at nodes: springs, with dampers or without any; or what the stiffness of springs, or
-/// their dampers, answer displacements with.
-enum class SpringLaw { kElastic, kDamped, kStiffness, kDampers };
-
-/// What springs look at and what they pull at, from the world's first node on: velocities are
-/// displacements of an answer.
+/// What springs look at and what they pull at, from the world's first node on.
 struct SpringNodes {
   const PackedVector *position_m, *velocity_m_s;
   PackedVector* force_N;

@@ -9,7 +9,6 @@
 #include <hwy/highway.h>
 
 #include <limits>
-#include <type_traits>
 
 #include "sim_server/contact/vector_row.hpp"
 #include "sim_server/dynamics/forces/spring_layout.hpp"
@@ -77,33 +76,6 @@ HWY_INLINE V Pull(D d, V square, V along, V stiffness, V push, V damping, V& pow
   const V rate = hn::Mul(along, exact), force = hn::Mul(damping, rate);
   power = hn::MulAdd(force, rate, power);
   return hn::MulAdd(force, exact, pull);
-}
-
-/// pull(law) with the law as a constant.
-template <class Work>
-HWY_INLINE double ByLaw(SpringLaw law, const Work& pull) {
-  switch (law) {
-    case SpringLaw::kStiffness:
-      return pull(std::integral_constant<SpringLaw, SpringLaw::kStiffness>());
-    case SpringLaw::kDampers:
-      return pull(std::integral_constant<SpringLaw, SpringLaw::kDampers>());
-    case SpringLaw::kDamped:
-      return pull(std::integral_constant<SpringLaw, SpringLaw::kDamped>());
-    case SpringLaw::kElastic:
-      break;
-  }
-  return pull(std::integral_constant<SpringLaw, SpringLaw::kElastic>());
-}
-
-/// What springs answer the displacement d between their ends with is pull * line + sideways * d:
-/// ((k - s) n n^T + s) d, s being what tension holds sideways; of dampers c n n^T d. Returns pull.
-/// along: line . d.
-template <bool stiffness, class D, class V = hn::Vec<D>>
-HWY_INLINE V Answer(D d, V square, V along, V constant, V push, V& sideways) {
-  const V r = Near(d, square), exact = hn::MulAdd(More(d, square, r), r, r);
-  sideways = hn::Zero(d);
-  if (stiffness) sideways = hn::Max(sideways, hn::NegMulAdd(push, exact, constant));
-  return hn::Mul(hn::Mul(hn::Sub(constant, sideways), exact), hn::Mul(along, exact));
 }
 
 /// v + kick (f / m + g); where the inverse mass is zero, v.

@@ -8,17 +8,14 @@
 namespace stillgrid::dynamics {
 namespace {
 
-/// What power iteration misses, and what springs stiffen within a step, of their eigenvalues.
-constexpr double kSpringMargin = 1.1;
-/// Substeps in which springs do not deform so much that their eigenvalues need another look.
-constexpr int kSubstepsALook = 16;
 constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
 /// Of a substep, h^2 omega^2 / 2 of what touches: with less, substeps cost more than iterations.
 constexpr double kContactRatio = 16.0;
-/// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen.
-constexpr double kMaxApproach = 0.5;
+/// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen,
+/// and the normals of spheres that collide turn little.
+constexpr double kMaxApproach = 0.2;
 /// Of substeps in which contacts are not solved.
 constexpr int kMaxHalvings = 5;
 /// Rigid bodies that one thread takes at once, and below which threads cost more than they take.
@@ -54,6 +51,7 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         double duration_s, Budget& budget) {
   if (!springs_) {
     springs_.emplace(world);
+    spring_rates_ = bound_springs(world);
     joints_.emplace(world);
   }
   SolveReport report;
@@ -70,8 +68,8 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                      : move(world, duration_s, may_halve, budget);
     if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
   }
-  since_look_ += substeps_;
-  report.converged = unpack(world, duration_s) && report.converged;
+  unpack(world, duration_s);
+  report.converged = trial_.is_finite && report.converged;
   return report;
 }
 
@@ -148,24 +146,18 @@ void ExplicitIntegrator::for_each_free(const Work& work) {
 
 void ExplicitIntegrator::restart() {
   springs_.reset();
-  spectrum_.restart();
-  since_look_ = kNeverLooked;
+  kept_substep_s_ = 0.0;
 }
 
 int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
   if (method_.substeps > 0) return method_.substeps;
-  if (since_look_ >= kSubstepsALook) {
-    rates_ = spectrum_.follow(world, state_, *springs_);
-    since_look_ = 0;
-  }
   const SpringRates joints = joints_->bound(world, duration_s);
-  const double k_per_s2 = kSpringMargin * (rates_.stiffness_per_s2 + joints.stiffness_per_s2);
-  const double c_per_s = kSpringMargin * (rates_.damping_per_s + joints.damping_per_s);
-  // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
-  const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
+  const SpringRates rates{spring_rates_.stiffness_per_s2 + joints.stiffness_per_s2,
+                          spring_rates_.damping_per_s + joints.damping_per_s};
   const double asked =
-      duration_s * std::max({per_s, std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
-                             contacts_.approach_per_s(state_, duration_s) / kMaxApproach});
+      duration_s *
+      std::max({substeps_per_s(rates), std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
+                contacts_.approach_per_s(state_, duration_s) / kMaxApproach});
   // Written so that no number asks for one.
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
 }

@@ -6,8 +6,8 @@
 #include "sim_server/dynamics/contacts/contact_core.hpp"
 #include "sim_server/dynamics/forces/explicit_joints.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
+#include "sim_server/dynamics/forces/spring_bound.hpp"
 #include "sim_server/dynamics/forces/spring_forces.hpp"
-#include "sim_server/dynamics/forces/spring_spectrum.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
 namespace stillgrid::dynamics {
@@ -53,8 +53,7 @@ class ExplicitIntegrator : public Integrator {
   void drift_rigid(double drift_s);
   ContactSolve substep(const bodies::World& world, double at_s, double substep_s, double step_s,
                        const Budget& budget);
-  [[nodiscard]] bool unpack(const bodies::World& world, double duration_s);
-  void rest(const bodies::World& world);
+  void unpack(const bodies::World& world, double duration_s);
   /// work(body) for each rigid body that feels forces, by those who share it.
   template <class Work>
   void for_each_free(const Work& work);
@@ -63,10 +62,7 @@ class ExplicitIntegrator : public Integrator {
   const Workers* workers_ = &Workers::alone();
   std::optional<SpringForces> springs_;
   std::optional<JointSpectrum> joints_;
-  static constexpr int kNeverLooked = 1 << 20;
-  SpringSpectrum spectrum_;
-  SpringRates rates_;
-  int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
+  SpringRates spring_rates_;  // of springs_
   ContactCore contacts_;
   // Of what touched in the last advance(), and in the last that counts.
   double contact_rate_per_s2_ = 0.0, kept_contact_rate_per_s2_ = 0.0;

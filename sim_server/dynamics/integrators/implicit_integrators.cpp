@@ -21,8 +21,9 @@ SolveReport ImplicitIntegrator::advance(const bodies::World& world,
   displacement_ = stage.displacement();
   is_true_ = report.converged;
   if (!is_true_ && budget.is_stopped()) return report;
-  if (!is_true_) make_safe(start_velocity, duration_s);
+  const bool is_finite = is_true_ || make_safe(start_velocity, duration_s);
   end_with(contacts, duration_s);
+  trial_.is_finite = is_finite;
   return report;
 }
 
@@ -61,9 +62,12 @@ void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts, do
   trial_.stretch_gain_J = memories_.ended_energy_J() - memories_.energy_J();
 }
 
-void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double duration_s) {
+/// Brakes a step that gained energy until it does not. Returns whether the step was finite.
+bool ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double duration_s) {
   system_.place(Eigen::VectorXd::Zero(system_.size()), start_velocity, duration_s);
   const double start_J = system_.energy_J();
+  const bool is_finite =
+      std::isfinite(start_J) && displacement_.allFinite() && velocity_.allFinite();
   const double most_J = start_J + 1e-12 * std::abs(start_J);  // rounding is no gain
   // A small gain takes a little of the speed, not half.
   constexpr std::array<double, 4> kFirstBrakes = {1.0, 0.98, 0.9, 0.7};
@@ -72,15 +76,16 @@ void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
     const double brake = brakes < kFirstBrakes.size() ? kFirstBrakes[brakes] : 0.5;
     displacement_ *= brake;
     velocity_ *= brake;
-    if (is_last) {  // at rest where it was, even of what is no number
+    if (is_last || !is_finite) {  // at rest where it was
       displacement_.setZero(system_.size());
       velocity_.setZero(system_.size());
     }
     system_.place(displacement_, velocity_, duration_s);
-    if (is_last || system_.energy_J() <= most_J) break;
+    if (is_last || !is_finite || system_.energy_J() <= most_J) break;
   }
   Eigen::VectorXd force;
   system_.force(duration_s, force);  // counts the contacts that touch there
+  return is_finite;
 }
 
 void ImplicitIntegrator::commit(bodies::World& world, double duration_s) {

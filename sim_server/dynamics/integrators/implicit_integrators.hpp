@@ -38,7 +38,7 @@ class ImplicitIntegrator : public Integrator {
  private:
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   void end_with(std::span<const contact::Contact> contacts, double duration_s);
-  void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
+  bool make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
   bool is_true_ = true;  // the last advance() converged
   std::unique_ptr<NonlinearSolver> solver_;

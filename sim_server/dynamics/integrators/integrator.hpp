@@ -42,8 +42,8 @@ class Integrator {
   [[nodiscard]] virtual IntegratorTraits traits() const noexcept = 0;
 
   /// Computes where the world will be after duration_s; the world stays as it is. contacts: all
-  /// pairs that may touch within that time. Of a step that did not converge the trial is the best
-  /// there was; if that is no number, the trial is the world's own state at rest.
+  /// pairs that may touch within that time. A step that did not converge leaves the best state that
+  /// it found as its trial. If that state is not finite, the trial says so and is not to be used.
   virtual SolveReport advance(const bodies::World& world,
                               std::span<const contact::Contact> contacts, double duration_s,
                               Budget& budget) = 0;

@@ -35,8 +35,7 @@ void ExplicitIntegrator::pack(const bodies::World& world) {
   }
 }
 
-/// False, and the trial is the world at rest, if something is no number.
-bool ExplicitIntegrator::unpack(const bodies::World& world, double duration_s) {
+void ExplicitIntegrator::unpack(const bodies::World& world, double duration_s) {
   trial_.nodes = world.nodes;
   trial_.rigid_bodies = world.rigid_bodies;
   bool finite = true;
@@ -64,24 +63,13 @@ bool ExplicitIntegrator::unpack(const bodies::World& world, double duration_s) {
              body.orientation.coeffs().allFinite() && body.angular_velocity_rad_s.allFinite();
   }
   trial_.struck = contacts_.struck();
-  trial_.touching = finite ? contacts_.count_touching(state_) : 0;
-  if (!finite) rest(world);
+  trial_.is_finite = finite;
+  if (!finite) return;
+  trial_.touching = contacts_.count_touching(state_);
   trial_.spheres.resize(world.spheres.size());
   bodies::SphereMotions motion_of(trial_.nodes, trial_.rigid_bodies);
   for (std::size_t i = 0; i < world.spheres.size(); ++i)
     trial_.spheres[i] = motion_of(world.spheres[i]);
-  return finite;
-}
-
-void ExplicitIntegrator::rest(const bodies::World& world) {
-  trial_.nodes = world.nodes;
-  trial_.rigid_bodies = world.rigid_bodies;
-  for (bodies::Node& node : trial_.nodes) node.velocity_m_s.setZero();
-  for (bodies::RigidBody& body : trial_.rigid_bodies) {
-    body.velocity_m_s.setZero();
-    body.angular_velocity_rad_s.setZero();
-  }
-  flow_ = {};
 }
 
 }  // namespace stillgrid::dynamics

@@ -307,14 +307,13 @@ SolveReport SundialsIntegrator::advance(const bodies::World& world,
   report.residual = report.converged ? tolerance_m_s_ : std::numeric_limits<double>::infinity();
   run.displacement = values_of(run.state.get()).head(run.size());
   run.velocity = values_of(run.state.get()).tail(run.size());
-  if (!run.displacement.allFinite() || !run.velocity.allFinite()) {
+  trial_.is_finite = run.displacement.allFinite() && run.velocity.allFinite();
+  if (!trial_.is_finite) {
     report.converged = false;
-    run_ = std::make_unique<Run>(make_stepper_, tolerance_m_s_, world, duration_s);
-    run_->take(contacts, duration_s);
-    run_->displacement = run_->velocity = Eigen::VectorXd::Zero(run_->size());
+    return report;
   }
-  run_->load(run_->now_s);
-  trial_ = run_->system.trial();
+  run.load(run.now_s);
+  trial_ = run.system.trial();
   return report;
 }
 

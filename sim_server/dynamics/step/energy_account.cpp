@@ -166,6 +166,16 @@ EnergyFlow joint_flow(const bodies::Joint& joint, const bodies::World& before, c
   return flow;
 }
 
+}  // namespace
+
+double contact_energy_J(std::span<const contact::Contact> contacts) {
+  double energy_J = 0.0;
+  for (const contact::Contact& contact : contacts) energy_J += stored_J(contact);
+  return energy_J;
+}
+
+namespace {
+
 double overlap_energy_J(const bodies::World& world,
                         const std::vector<contact::ToolSphereMotion>& tool) {
   bodies::World awake = world;
@@ -174,9 +184,7 @@ double overlap_energy_J(const bodies::World& world,
   contact::Detection detection(awake, 0.0);
   detection.find_contacts(awake, 0.0);
   detection.find_tool_contacts(awake, tool);
-  double energy_J = 0.0;
-  for (const contact::Contact& contact : detection.contacts()) energy_J += stored_J(contact);
-  return energy_J;
+  return contact_energy_J(detection.contacts());
 }
 
 }  // namespace
@@ -192,7 +200,7 @@ double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& bod
   return rigid.free ? energy_J + bodies::kinetic_energy_J(rigid) : energy_J;
 }
 
-Energies energies(const bodies::World& world, const std::vector<contact::ToolSphereMotion>& tool) {
+Energies energies_without_contacts(const bodies::World& world) {
   Energies sum;
   for (const bodies::BodyRange& body : world.bodies) sum.kinetic_J += kinetic_energy_J(world, body);
   for (const bodies::Node& node : world.nodes)
@@ -205,6 +213,11 @@ Energies energies(const bodies::World& world, const std::vector<contact::ToolSph
                                 world.nodes[static_cast<std::size_t>(spring.b)]);
   for (const bodies::Joint& joint : world.joints)
     sum.springs_J += bodies::joint_energy_J(joint, world.nodes, world.rigid_bodies);
+  return sum;
+}
+
+Energies energies(const bodies::World& world, const std::vector<contact::ToolSphereMotion>& tool) {
+  Energies sum = energies_without_contacts(world);
   sum.contacts_J = overlap_energy_J(world, tool);
   return sum;
 }

@@ -37,6 +37,12 @@ struct EnergyAccount {
 
 [[nodiscard]] double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& body);
 
+/// Takes a pass over nodes, rigid bodies, springs and joints; contacts_J stays zero.
+[[nodiscard]] Energies energies_without_contacts(const bodies::World& world);
+
+/// What the springs of contacts hold at the start of the step that they were found for, J.
+[[nodiscard]] double contact_energy_J(std::span<const contact::Contact> contacts);
+
 /// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.
 /// tool: the spheres of all tools where they are; none without a tool.
 [[nodiscard]] Energies energies(const bodies::World& world,

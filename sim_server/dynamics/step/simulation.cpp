@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "shared/realtime/flush_denormals.hpp"
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/contact/crossing.hpp"
 #include "sim_server/scene/build_world.hpp"
@@ -43,6 +46,13 @@ void note_work(const EnergyByHand_J& work_J, StepReport& report) {
   for (std::size_t hand = 0; hand < work_J.size(); ++hand) report.tools[hand].work_J = work_J[hand];
 }
 
+void require_finite(const Trial& trial, double time_s) {
+  if (trial.is_finite) return;
+  throw std::domain_error("after " + std::to_string(time_s) +
+                          " s of simulated time a position or a velocity is not finite: the step "
+                          "is too long for the scene's stiffness, dampers and masses");
+}
+
 /// Of the samples that it took.
 void note_times(std::span<const std::optional<ToolSample>> samples, StepReport& report) {
   for (std::size_t hand = 0; hand < samples.size(); ++hand)
@@ -75,6 +85,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
 }
 
 StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools, Budget budget) {
+  const realtime::FlushDenormals flush;
   Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget};
   StepReport& report = step.report;
   report.solve.converged = true;
@@ -94,6 +105,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   }
   predicted_s_ = 0.0;
   report.detect += Clock::now() - start;
+  if (watch_) watch_->look(world_, detection_.contacts());
 
   int shortenings = 0;
   while (true) {
@@ -189,6 +201,7 @@ void Simulation::take(std::size_t hand, const std::optional<ToolSample>& sample,
   if (!was_here && sample) brought_J = held_J(0.0);
   tool_work_J_[hand] += brought_J;
   if (account_) account_->flow.given_J += brought_J;
+  if (watch_) watch_->note_given(brought_J);
 }
 
 /// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
@@ -250,6 +263,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   if (traits_.solves) budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
   if (budget.is_stopped() || (!solve.converged && !part.must_advance)) return {};
+  require_finite(integrator_->trial(), world_.time_s);
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
@@ -262,6 +276,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   const double reached = contact::share_before_crossings(detection_.contacts(), ways);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
   if (account_) account_->flow += flowed;
+  if (watch_) watch_->note_given(flowed.given_J);
   tool_work_J_ += flowed.tool_J;
   integrator_->commit(world_, duration_s);
   report.out_of_budget = report.out_of_budget || part.must_end ||
@@ -283,7 +298,7 @@ EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
   EnergyFlow flow;
   if (const auto own = integrator_->flow())
     flow = *own;
-  else if (account_)
+  else if (account_ || watch_)
     flow = energy_flow(world_, trial, detection_.contacts(), duration_s);
   else
     flow.tool_J = tool_flow_J(world_, trial, detection_.contacts(), duration_s);
@@ -457,6 +472,10 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
 
 void Simulation::account_energy() {
   account_.emplace().start = energies_now();
+}
+
+void Simulation::watch_energy() {
+  watch_.emplace(energies_now());
 }
 
 std::optional<EnergyAccount> Simulation::energy_account() {

@@ -16,6 +16,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/step/energy_watch.hpp"
 #include "sim_server/dynamics/step/predicted_part.hpp"
 #include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
@@ -86,6 +87,8 @@ class Simulation {
   ///
   /// A step of a scene in which everything sleeps and the tool is far only takes time on.
   ///
+  /// Throws std::domain_error if the state is not finite: that step is not part of the world.
+  ///
   /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
   /// move on safely if not exactly, and the snapshot comes in time. The report says so.
   ///
@@ -113,6 +116,10 @@ class Simulation {
 
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
   void share_work(const Workers& workers) { integrator_->share_work(workers); }
+
+  /// From now on step() throws std::domain_error when the world has gained energy that no tool and
+  /// no prescribed body gave (EnergyWatch). Pre: nobody changes the world but by step().
+  void watch_energy();
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
@@ -197,6 +204,7 @@ class Simulation {
   std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
+  std::optional<EnergyWatch> watch_;
   EnergyByHand_J tool_work_J_{};  // in all steps
   std::vector<contact::Contact> led_contacts_;
   std::unique_ptr<Prediction> prediction_;

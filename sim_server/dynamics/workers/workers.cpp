@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "shared/realtime/flush_denormals.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -60,7 +62,8 @@ struct Workers::Arena {
     group.wait();
   }
 
-  tbb::global_control as_asked;  // also where there are fewer processors
+  realtime::FlushDenormals flush;  // threads take it from the one that makes the arena
+  tbb::global_control as_asked;    // also where there are fewer processors
   tbb::task_arena arena;
 };
 

@@ -82,7 +82,7 @@ TEST_CASE("Whatever its budget, a step of implicit Euler cut short gains no ener
   CHECK((cut_short > 0 || iterations >= 3));
 }
 
-TEST_CASE("A step that comes to no number leaves the world at rest where it is", "[bounded_step]") {
+TEST_CASE("A step that does not stay finite says so", "[bounded_step]") {
   bodies::World world = landing();
   world.gravity_m_s2.x() = std::numeric_limits<double>::quiet_NaN();
   const auto integrator = make_integrator({});
@@ -91,10 +91,7 @@ TEST_CASE("A step that comes to no number leaves the world at rest where it is",
   const SolveReport report = integrator->advance(world, {}, 0.01, budget);
 
   CHECK_FALSE(report.converged);
-  const bodies::RigidBody& block = integrator->trial().rigid_bodies[0];
-  CHECK(block.position_m == world.rigid_bodies[0].position_m);
-  CHECK(block.velocity_m_s.isZero(0.0));
-  CHECK(block.angular_velocity_rad_s.isZero(0.0));
+  CHECK_FALSE(integrator->trial().is_finite);
 }
 
 TEST_CASE("What a step without a result has stopped does not run back in the next",

@@ -135,25 +135,22 @@ TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integra
   (void)given.advance(chain, {}, 0.1, budget);
   CHECK(given.substeps() == 3);
   (void)chosen.advance(chain, {}, 0.1, budget);
-  const double least = 0.1 * 625.3915 / 2.0;
-  CHECK(chosen.substeps() >= least);
-  CHECK(chosen.substeps() < 1.1 * least + 1.0);
+  const double least = 0.1 * 625.3915 / 2.0;  // half as long as is stable
+  CHECK(chosen.substeps() >= 2.0 * least);
+  CHECK(chosen.substeps() < 2.1 * least + 1.0);
 }
 
-TEST_CASE("What becomes no number leaves the world where it was, at rest",
-          "[explicit_integrators]") {
+TEST_CASE("A step that does not stay finite says so", "[explicit_integrators]") {
   bodies::World world = scene::build_world(
       sim_server::scene_of({sim_server::thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
                             sim_server::box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})}));
-  world.nodes[4].velocity_m_s.x() = std::numeric_limits<double>::max();
   ExplicitIntegrator integrator(explicit_method(scene::IntegratorKind::kVelocityVerlet, 4));
   Budget budget;
+  (void)integrator.advance(world, {}, 1e-3, budget);
+  CHECK(integrator.trial().is_finite);
+  world.nodes[4].velocity_m_s.x() = std::numeric_limits<double>::max();
   CHECK_FALSE(integrator.advance(world, {}, 1.0, budget).converged);
-  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    CHECK(integrator.trial().nodes[i].position_m == world.nodes[i].position_m);
-    CHECK(integrator.trial().nodes[i].velocity_m_s.isZero(0.0));
-  }
-  CHECK(integrator.trial().rigid_bodies[0].position_m == world.rigid_bodies[0].position_m);
+  CHECK_FALSE(integrator.trial().is_finite);
 }
 
 TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {

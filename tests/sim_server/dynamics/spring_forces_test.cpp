@@ -292,39 +292,6 @@ TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_
   });
 }
 
-TEST_CASE("What springs answer displacements with is how their forces change", "[spring_forces]") {
-  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
-  const Eigen::Vector2i nodes =
-      GENERATE(Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(9, 17));
-  const int regular = GENERATE(1, 0);
-  bodies::World world = shaken(cloth(nodes, 0.3), 0.002);
-  world.bodies[0].sheet_nodes *= regular;
-  for (bodies::Node& node : world.nodes) node.position_m *= 2.0;  // no spring is compressed
-  sim_server::on_every_target([&] {
-    SpringForces springs(world);
-    const ExplicitState state = state_of(world);
-    const std::vector<PackedVector>& u = state.velocity_m_s;
-    std::vector<PackedVector> stiffness(u.size()), dampers(u.size());
-    springs.answer(world, SpringLaw::kStiffness, state, u, stiffness);
-    springs.answer(world, SpringLaw::kDampers, state, u, dampers);
-    constexpr double kShare = 1e-6;
-    ExplicitState there = state, back = state, still = state, moving = state;
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      there.position_m[i].map() += kShare * u[i].map();
-      back.position_m[i].map() -= kShare * u[i].map();
-      for (ExplicitState* one : {&there, &back, &still}) one->velocity_m_s[i] = {};
-    }
-    for (ExplicitState* one : {&there, &back, &still, &moving}) (void)springs.evaluate(world, *one);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      const Eigen::Vector3d change =
-          (there.force_N[i].map() - back.force_N[i].map()) / (2.0 * kShare);
-      CHECK((stiffness[i].map() - change).norm() < 1e-6 * (1.0 + change.norm()));
-      const Eigen::Vector3d damping = moving.force_N[i].map() - still.force_N[i].map();
-      CHECK((dampers[i].map() - damping).norm() < 1e-12 * (1.0 + damping.norm()));
-    }
-  });
-}
-
 TEST_CASE("Nodes that are moved as their forces are known move to the bit as those moved after",
           "[spring_forces]") {
   const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));

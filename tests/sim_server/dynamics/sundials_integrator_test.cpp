@@ -271,7 +271,7 @@ TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[su
   CHECK(integrator->trial().nodes.back().position_m == world.nodes.back().position_m);
 }
 
-TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
+TEST_CASE("A state that is not finite is told", "[sundials]") {
   bodies::World world = scene::build_world(ringing_chain());
   world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
   const auto integrator = begun(1e-6);
@@ -279,10 +279,7 @@ TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
   Budget budget{.iterations = 1000};
   CHECK_FALSE(integrator->advance(world, {}, 0.01, budget).converged);
 
-  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    CHECK(integrator->trial().nodes[i].position_m == world.nodes[i].position_m);
-    CHECK(integrator->trial().nodes[i].velocity_m_s.isZero());
-  }
+  CHECK_FALSE(integrator->trial().is_finite);
 }
 
 TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "sim_server/bodies/world.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Largest eigenvalues of M^-1 K (1/s2) and of M^-1 C (1/s), or bounds of them.
+struct SpringRates {
+  double stiffness_per_s2 = 0.0;
+  double damping_per_s = 0.0;
+};
+
+/// Returns upper bounds for the springs of all nodes that have an unknown, in every shape that the
+/// bodies can take. A spring never resists more, in any direction, than by its stiffness: along its
+/// line it resists by all of it, across by its tension over its length, which is less. For each
+/// node the bound sums k (1 / m_a + 1 / m_b) over its springs; the largest sum bounds the
+/// eigenvalue.
+[[nodiscard]] SpringRates bound_springs(const bodies::World& world);
+
+/// Returns how many substeps a second explicit integrators take for springs of these rates: twice
+/// as many as are stable, h^2 k + 2 h c = 4 being the limit.
+[[nodiscard]] double substeps_per_s(const SpringRates& rates);
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/step/energy_account.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Ends a run whose world gains energy that no source gave. Sources are tools and prescribed
+/// bodies; gravity is part of the energy. Ten times a second of simulated time, the energy of
+/// motion, gravity, springs and contacts may exceed the start's plus the work of the sources by at
+/// most
+///
+///   0.1 (H + W) + 5e-5 J/kg m,
+///
+/// where H is the largest energy beside gravity that was seen, or the fall in gravity energy if
+/// that is larger, W the sum of the amounts of the sources' work, and m the mass that moves. Losses
+/// by dampers and friction are not added, so that an error of their account ends no run.
+class EnergyWatch {
+ public:
+  explicit EnergyWatch(const Energies& start) : start_(start) {}
+
+  /// Adds what tools and prescribed bodies gave, J.
+  void note_given(double given_J);
+
+  /// contacts: as found for the step that begins now. Throws std::domain_error, one line.
+  void look(const bodies::World& world, std::span<const contact::Contact> contacts);
+
+ private:
+  Energies start_;
+  double given_J_ = 0.0, exchanged_J_ = 0.0, most_held_J_ = 0.0;
+  double next_look_s_ = 0.0;
+};
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,147 @@
+// Runs that are not to be trusted end, and runs that are do not.
+#include "sim_server/dynamics/step/energy_watch.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <variant>
+
+#include "shared/realtime/flush_denormals.hpp"
+#include "sim_server/dynamics/forces/spring_bound.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
+#include "sim_server/scene/build_world.hpp"
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid::dynamics::energy_watch_test {
+namespace {
+
+bodies::BodyDescription block_of(const Eigen::Vector3i& nodes, const Eigen::Vector3d& size_m) {
+  bodies::BodyDescription block = sim_server::soft_block(nodes, 0.02, 0.03 / nodes.prod(), 85.0, {});
+  auto& shape = std::get<bodies::SoftBlockBody>(block.shape);
+  shape.size_m = size_m;
+  shape.lattice = bodies::block_lattice(size_m, nodes);
+  shape.spheres = {0.02, 0.008};
+  shape.springs.shear_stiffness_N_per_m = 181.0;
+  shape.springs.bend_stiffness_N_per_m = 4.0;
+  return block;
+}
+
+/// A soft block above a floor, as the one that went from 0.247 J to 285,000 J.
+scene::SceneDescription dropped_block(int substeps) {
+  bodies::BodyDescription block = block_of({3, 2, 3}, {0.041, 0.074, 0.033});
+  block.position_m = {0.0, 0.0, 0.84};
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::floor_at(0.0), block},
+                           sim_server::material_of(5192.0, 0.0, 0.451), {0, 0, -9.81});
+  scene.method = {.integrator = scene::IntegratorKind::kVelocityVerlet, .substeps = substeps};
+  return scene;
+}
+
+TEST_CASE("A run that gains energy from nothing ends, and one that does not goes on",
+          "[energy_watch]") {
+  Simulation steady(dropped_block(0)), wild(dropped_block(2));
+  steady.watch_energy();
+  wild.watch_energy();
+  CHECK_NOTHROW(advance(steady, 0.01, 200));
+  CHECK_THROWS_WITH(advance(wild, 0.01, 200), Catch::Contains("that nothing gave it"));
+}
+
+TEST_CASE("What a hand gives is no gain", "[energy_watch]") {
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0}, 0.01, 0.1)}, sim_server::material_of(500.0), {0, 0, 0});
+  scene.method = {.integrator = GENERATE(scene::IntegratorKind::kVelocityVerlet,
+                                         scene::IntegratorKind::kImplicitEuler)};
+  Simulation simulation(scene);
+  simulation.watch_energy();
+  for (std::uint64_t i = 1; i <= 2000; ++i) {
+    const double x_m = -0.03 + 0.02 * std::sin(0.01 * static_cast<double>(i));
+    (void)simulation.step(
+        1e-3, [&] { return ToolSample{.time_ns = i * 1'000'000, .position_m = {x_m, 0, 0}}; });
+  }
+  CHECK(bodies::mechanical_energy_J(simulation.world()) > 0.0);
+}
+
+TEST_CASE("A state that is not finite ends the run", "[energy_watch]") {
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)});
+  scene.method = {.integrator = GENERATE(scene::IntegratorKind::kVelocityVerlet,
+                                         scene::IntegratorKind::kImplicitEuler)};
+  Simulation simulation(scene);
+  CHECK(advance(simulation, 0.01, 3));
+  simulation.world().gravity_m_s2.x() = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(advance(simulation, 0.01, 1), Catch::Contains("is not finite"));
+  CHECK(simulation.world().rigid_bodies[0].position_m.allFinite());
+}
+
+/// The largest eigenvalue of M^-1 K where the world is, without what compressed springs soften.
+double stiffest_per_s2(const bodies::World& world) {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(world.unknown_count, world.unknown_count);
+  for (const bodies::Spring& spring : world.springs) {
+    const bodies::Node& a = world.nodes[static_cast<std::size_t>(spring.a)];
+    const bodies::Node& b = world.nodes[static_cast<std::size_t>(spring.b)];
+    const Eigen::Vector3d line_m = b.position_m - a.position_m;
+    const Eigen::Vector3d n = line_m.normalized();
+    const double k = spring.stiffness_N_per_m;
+    const double across = std::max(0.0, k * (1.0 - spring.rest_length_m / line_m.norm()));
+    const Eigen::Matrix3d block =
+        (k - across) * n * n.transpose() + across * Eigen::Matrix3d::Identity();
+    const auto add = [&](const bodies::Node& row, const bodies::Node& column, double sign) {
+      if (row.unknown == bodies::kNoUnknown || column.unknown == bodies::kNoUnknown) return;
+      matrix.block<3, 3>(row.unknown, column.unknown) +=
+          sign / std::sqrt(row.mass_kg * column.mass_kg) * block;
+    };
+    add(a, a, 1.0);
+    add(b, b, 1.0);
+    add(a, b, -1.0);
+    add(b, a, -1.0);
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .maxCoeff();
+}
+
+TEST_CASE("The bound of springs is above their stiffest mode, however they deform",
+          "[energy_watch]") {
+  const double shake_m = GENERATE(0.0, 0.005, 0.02, 0.1);
+  bodies::BodyDescription body = block_of({3, 3, 2}, {0.04, 0.05, 0.03});
+  sim_server::springs(body).pinned_nodes = {0, 2};
+  bodies::World world = scene::build_world(sim_server::scene_of({body}));
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shake(-1.0, 1.0), heavier(0.3, 3.0);
+  for (bodies::Node& node : world.nodes) {
+    if (shake_m > 0.0) node.mass_kg *= heavier(random);
+    if (!node.pinned)
+      node.position_m += shake_m * Eigen::Vector3d(shake(random), shake(random), shake(random));
+  }
+  const double bound_per_s2 = bound_springs(world).stiffness_per_s2;
+  CHECK(stiffest_per_s2(world) <= bound_per_s2);
+  if (shake_m == 0.0) CHECK(stiffest_per_s2(world) > 0.25 * bound_per_s2);
+}
+
+TEST_CASE("Numbers too small to be normal are zero while they are flushed", "[flush_denormals]") {
+  volatile double least = std::numeric_limits<double>::min();
+  CHECK(0.5 * least > 0.0);
+  {
+    const realtime::FlushDenormals flush;
+    CHECK(0.5 * least == 0.0);
+  }
+  CHECK(0.5 * least > 0.0);
+}
+
+TEST_CASE("A step leaves no velocity that is too small to be normal", "[flush_denormals]") {
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.01, 10.0, {0})},
+      sim_server::material_of(500.0), {0, 0, 0});
+  scene.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
+  scene.sleeping = false;
+  Simulation simulation(scene);
+  simulation.world().nodes[1].velocity_m_s.y() = 0.5 * std::numeric_limits<double>::min();
+  (void)advance(simulation, 1e-3, 1);
+  CHECK(simulation.world().nodes[1].velocity_m_s.y() == 0.0);
+}
+
+}  // namespace
+}  // namespace stillgrid::dynamics::energy_watch_test
