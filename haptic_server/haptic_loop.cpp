@@ -144,7 +144,7 @@ void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
 }
 
 rendering::Renderer& HapticLoop::renderer_of(const publication::SceneView& scene) noexcept {
-  if (held_ != nullptr && scene.header().period_ns <= period_ns_) return *held_;
+  if (hold_renderer_ != nullptr && scene.header().period_ns <= period_ns_) return *hold_renderer_;
   const bool predicts = scene.scene().predicts != 0;
   return without_prediction_ != nullptr && !predicts ? *without_prediction_ : *renderer_;
 }

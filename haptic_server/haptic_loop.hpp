@@ -46,7 +46,7 @@ class HapticLoop {
         tool_(tool),
         renderer_(std::move(renderer)),
         without_prediction_(std::move(without_prediction)),
-        held_(std::move(held)),
+        hold_renderer_(std::move(held)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
         gripper_(limits.gripper),
@@ -117,7 +117,7 @@ class HapticLoop {
   publication::ToolWriter& tool_;
   std::unique_ptr<rendering::Renderer> renderer_;
   std::unique_ptr<rendering::Renderer> without_prediction_;  // none: renderer_ for all scenes
-  std::unique_ptr<rendering::Renderer> held_;                // likewise
+  std::unique_ptr<rendering::Renderer> hold_renderer_;       // likewise
   [[nodiscard]] rendering::Renderer& renderer_of(const publication::SceneView& scene) noexcept;
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;

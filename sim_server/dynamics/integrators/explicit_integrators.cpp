@@ -146,7 +146,6 @@ void ExplicitIntegrator::for_each_free(const Work& work) {
 
 void ExplicitIntegrator::restart() {
   springs_.reset();
-  kept_substep_s_ = 0.0;
 }
 
 int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
