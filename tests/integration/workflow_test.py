@@ -65,6 +65,7 @@ class WorkflowTest(unittest.TestCase):
         commands = " ".join(step.get("run", "") for step in job["steps"])
         self.assertIn("scripts/demo", commands)
         self.assertIn("scripts/test", commands)
+        self.assertIn("scripts/test --long", commands)
 
 
 if __name__ == "__main__":
