@@ -15,8 +15,8 @@ class RecordError : public std::runtime_error {
 };
 
 /// Writes the rate chosen for a scene and its trials as JSON. Runs in virtual time read it in place
-/// of a clock. scene: with the chosen period and method. scene_file: its bytes are hashed into the
-/// record. Throws std::runtime_error if the file cannot be written.
+/// of a clock. scene has the chosen period and method. The record holds a hash of the bytes of
+/// scene_file. Throws std::runtime_error if the file cannot be written.
 void write_rate_record(const RateChoice& choice, const scene::SceneDescription& scene,
                        const std::filesystem::path& scene_file, const std::filesystem::path& file);
 

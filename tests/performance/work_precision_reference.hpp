@@ -47,7 +47,7 @@ struct Reference {
 };
 inline constexpr double kDisturbance_m = 1e-6;
 
-/// Of masses and springs by SpringReference, of contacts by our own symplectic Euler with substeps
+/// Of masses and springs by SpringReference, of contacts by our own velocity Verlet with substeps
 /// a tenth as long as the finest that the chart has time for.
 [[nodiscard]] Reference make_reference(const ChartScene& scene);
 

@@ -28,8 +28,8 @@ HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.0
 EPOCH_BYTES = slice(24, 32)  # docs/protocol.md, "Every segment"
 FORCE_N = 0.05
 LONGEST_TOUCH_S = 0.4  # from the first force to the kill
-OUT_OF_TIME = re.compile(r"sim_server: \d+ of \d+ steps were out of time")
-AFTER_OUT_OF_TIME = re.compile(r"sim_server: \d+ (of \d+ steps did not converge|times something moved so fast)")
+OUT_OF_TIME = re.compile(r"sim_server: \d+ of \d+ steps [a-z ]+, \d+ of them out of time")
+AFTER_OUT_OF_TIME = re.compile(r"sim_server: \d+ times something moved so fast")
 MOST_WAITS = 1.2  # a step; each sleeps once, until it is due
 MOST_WAITS_A_HAND = 20  # its segment is mapped by another thread, for which a page of the step's waits
 MOST_UNCOUNTED_S = 1.0  # the last step is not counted, and may be slow on a busy machine

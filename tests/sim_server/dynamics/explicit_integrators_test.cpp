@@ -88,6 +88,38 @@ bodies::World bustle() {
                            sim_server::material_of(2000.0, 2.0, 0.3, 0.01), {0.0, 0.0, -9.81}));
 }
 
+struct Tumble {
+  double momentum_error, energy_error;  // relative, the worst on the way
+};
+
+/// Three seconds of a free asymmetric body, in steps of 10 ms.
+Tumble tumble(scene::IntegratorKind kind, int substeps) {
+  const bodies::BodyDescription body =
+      sim_server::moving(sim_server::box({0, 0, 0}, {0.03, 0.05, 0.11}, 0.2, {0.02, 0.01}),
+                         {1, 0, 0}, {3.0, 14.0, 2.0});
+  bodies::World world = scene::build_world(sim_server::scene_of({body}));
+  const auto momentum = [&] {
+    const bodies::RigidBody& rigid = world.rigid_bodies[0];
+    return Eigen::Vector3d(rigid.orientation *
+                           rigid.inertia_kg_m2.cwiseProduct(rigid.orientation.conjugate() *
+                                                            rigid.angular_velocity_rad_s));
+  };
+  const Eigen::Vector3d before = momentum();
+  const double energy_J = bodies::mechanical_energy_J(world);
+  ExplicitIntegrator integrator(explicit_method(kind, substeps));
+  Budget budget;
+  Tumble worst{};
+  for (int i = 0; i < 300; ++i) {
+    REQUIRE(integrator.advance(world, {}, 0.01, budget).converged);
+    integrator.commit(world, 0.01);
+    worst.momentum_error =
+        std::max(worst.momentum_error, (momentum() - before).norm() / before.norm());
+    worst.energy_error =
+        std::max(worst.energy_error, std::abs(bodies::mechanical_energy_J(world) / energy_J - 1.0));
+  }
+  return worst;
+}
+
 TEST_CASE("Over two seconds energy goes where the flow says, to first order of the substep",
           "[explicit_integrators]") {
   const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;

@@ -86,7 +86,7 @@ constexpr BadScene kBadFiles[] = {
      "'leapfrog'", "one of velocity_verlet, implicit_euler, cvode_bdf, auto"},
     {"format = 2\n[simulation]\nintegrator = 'bdf2'", "3:14", "simulation.integrator", "'bdf2'",
      "one of velocity_verlet, implicit_euler, cvode_bdf, auto"},
-    {"format = 2\n[simulation]\nsolver = 'newton_cg'", "3:10", "simulation.solver", "'newton_cg'",
+    {"format = 2\n[simulation]\nsolver = 'newton_cg'", "3:1", "simulation.solver", "'newton_cg'",
      "no such key here, but "},
     {"format = 2\n[simulation]\nsleeping = 1", "3:12", "simulation.sleeping", "1",
      "true or false, found"},
