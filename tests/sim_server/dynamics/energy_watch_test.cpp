@@ -19,7 +19,8 @@ namespace stillgrid::dynamics::energy_watch_test {
 namespace {
 
 bodies::BodyDescription block_of(const Eigen::Vector3i& nodes, const Eigen::Vector3d& size_m) {
-  bodies::BodyDescription block = sim_server::soft_block(nodes, 0.02, 0.03 / nodes.prod(), 85.0, {});
+  bodies::BodyDescription block =
+      sim_server::soft_block(nodes, 0.02, 0.03 / nodes.prod(), 85.0, {});
   auto& shape = std::get<bodies::SoftBlockBody>(block.shape);
   shape.size_m = size_m;
   shape.lattice = bodies::block_lattice(size_m, nodes);
@@ -46,27 +47,27 @@ TEST_CASE("A run that gains energy from nothing ends, and one that does not goes
   steady.watch_energy();
   wild.watch_energy();
   CHECK_NOTHROW(advance(steady, 0.01, 200));
-  CHECK_THROWS_WITH(advance(wild, 0.01, 200), Catch::Contains("that nothing gave it"));
+  CHECK_THROWS_WITH(advance(wild, 0.01, 200), Catch::Contains("without a source"));
 }
 
 TEST_CASE("What a hand gives is no gain", "[energy_watch]") {
-  scene::SceneDescription scene = sim_server::scene_of(
-      {sim_server::sphere({0, 0, 0}, 0.01, 0.1)}, sim_server::material_of(500.0), {0, 0, 0});
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(500.0), {0, 0, 0});
   scene.method = {.integrator = GENERATE(scene::IntegratorKind::kVelocityVerlet,
                                          scene::IntegratorKind::kImplicitEuler)};
   Simulation simulation(scene);
   simulation.watch_energy();
   for (std::uint64_t i = 1; i <= 2000; ++i) {
     const double x_m = -0.03 + 0.02 * std::sin(0.01 * static_cast<double>(i));
-    (void)simulation.step(
-        1e-3, [&] { return ToolSample{.time_ns = i * 1'000'000, .position_m = {x_m, 0, 0}}; });
+    (void)simulation.step(1e-3, [&] {
+      return ToolSample{.time_ns = i * 1'000'000, .position_m = {x_m, 0, 0}};
+    });
   }
   CHECK(bodies::mechanical_energy_J(simulation.world()) > 0.0);
 }
 
 TEST_CASE("A state that is not finite ends the run", "[energy_watch]") {
-  scene::SceneDescription scene =
-      sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)});
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)});
   scene.method = {.integrator = GENERATE(scene::IntegratorKind::kVelocityVerlet,
                                          scene::IntegratorKind::kImplicitEuler)};
   Simulation simulation(scene);
@@ -132,9 +133,9 @@ TEST_CASE("Numbers too small to be normal are zero while they are flushed", "[fl
 }
 
 TEST_CASE("A step leaves no velocity that is too small to be normal", "[flush_denormals]") {
-  scene::SceneDescription scene = sim_server::scene_of(
-      {sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.01, 10.0, {0})},
-      sim_server::material_of(500.0), {0, 0, 0});
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.01, 10.0, {0})},
+                           sim_server::material_of(500.0), {0, 0, 0});
   scene.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
   scene.sleeping = false;
   Simulation simulation(scene);
