@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <stdexcept>
 #include <variant>
 
 #include "shared/realtime/flush_denormals.hpp"
@@ -41,13 +42,25 @@ scene::SceneDescription dropped_block(int substeps) {
   return scene;
 }
 
-TEST_CASE("A run that gains energy from nothing ends, and one that does not goes on",
+TEST_CASE("A soft block that drops gains no energy, and by too few substeps its run ends",
           "[energy_watch]") {
   Simulation steady(dropped_block(0)), wild(dropped_block(2));
   steady.watch_energy();
   wild.watch_energy();
+  steady.account_energy();
   CHECK_NOTHROW(advance(steady, 0.01, 200));
-  CHECK_THROWS_WITH(advance(wild, 0.01, 200), Catch::Contains("without a source"));
+  CHECK(steady.energy_account()->end.total_J() < steady.energy_account()->start.total_J());
+  CHECK_THROWS_AS(advance(wild, 0.01, 200), std::domain_error);
+}
+
+TEST_CASE("Energy that a source gave is no gain, energy without one is", "[energy_watch]") {
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1), {1.0, 0, 0})}));
+  EnergyWatch without(energies(world, {})), given = without;
+  world.rigid_bodies[0].velocity_m_s.x() = 2.0;
+  given.note_given(0.15);
+  CHECK_THROWS_WITH(without.look(world, {}), Catch::Contains("0.15 J without a source"));
+  CHECK_NOTHROW(given.look(world, {}));
 }
 
 TEST_CASE("What a hand gives is no gain", "[energy_watch]") {
