@@ -36,7 +36,8 @@ class HapticLoop {
   using Clock = std::uint64_t (*)();
 
   /// without_prediction: renders in place of `renderer` where a scene predicts nothing; or none.
-  /// held: renders in place of both where a snapshot lasts for one tick or less; or none.
+  ///
+  /// Uses held, unless it is null, if a scene's snapshots last for one tick or less.
   HapticLoop(device::Device& device, publication::ToolWriter& tool,
              std::unique_ptr<rendering::Renderer> renderer, const safety::SafetyLimits& limits,
              std::uint64_t period_ns, Clock clock = nullptr,

@@ -22,7 +22,7 @@ struct HapticOptions {
   std::string session;  // of the hand
   std::string device;   // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
-  std::optional<display::Transition> transition;  // none: rendering::default_transition()
+  std::optional<display::Transition> transition;  // else rendering::default_transition()
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
   safety::SafetyOptions safety;

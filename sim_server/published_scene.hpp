@@ -14,8 +14,8 @@ namespace stillgrid::sim_server {
 /// Iterations of a step, on any clock: more than the parts of a step that converges have together.
 inline constexpr int kMaxIterations = 1000;
 
-/// Whether snapshots of the scene tell where the next step leads. At 1 kHz a snapshot is shown for
-/// one tick, and nothing is predicted.
+/// Returns whether snapshots of the scene hold predictions. At 1 kHz a snapshot is shown for
+/// one tick: it needs no prediction.
 [[nodiscard]] inline bool predicts(const scene::SceneDescription& scene) {
   return scene.period_s > 1.000001e-3;  // a rounding longer than a millisecond
 }

@@ -12,8 +12,8 @@ enum ExitStatus : int {
   kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
   kToleranceNotReached =
       4,              // sphere_decompose: files are written, farther from the mesh than asked
-  kNotConverged = 5,  // a simulation that is not to be trusted: its state is not finite, it gained
-                      // energy from nothing, or most steps did not converge (in real time: all)
+  kNotConverged = 5,  // do not trust the simulation. Its state is not finite, it gained energy, or
+                      // most steps did not converge (in real time: all).
   kIncomplete = 6,    // ticks are missing from a recording
   kSignalled = 128,   // and the signal's number: ended by it, as shells have it
 };

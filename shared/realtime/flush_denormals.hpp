@@ -8,8 +8,8 @@
 namespace stillgrid::realtime {
 
 /// While it lives, the calling thread treats numbers below 2.2e-308 as zero, as operands and as
-/// results. Velocities that decay then become zero; without it they stay at 1e-323 for ever, and an
-/// operation on such a number takes a hundred times as long. Does nothing on processors other than
+/// results. Velocities that decay then become zero. Otherwise they stay at 1e-323 for ever, and an
+/// operation on such a number takes a hundred times as long. Has no effect on processors other than
 /// x86-64 and 64-bit ARM.
 class FlushDenormals {
  public:

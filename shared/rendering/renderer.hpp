@@ -115,8 +115,8 @@ class Renderer {
 /// never jumps, and asks nothing of the simulation.
 inline constexpr display::Transition kWithoutPrediction = display::Transition::kRestart;
 
-/// Returns how a scene is shown where no transition is asked for: `hold` where a snapshot lasts for
-/// one tick or less, else `predict`, or kWithoutPrediction where nothing is predicted.
+/// Returns the default transition of a scene: `hold` if a snapshot lasts for one tick or less. A
+/// slower scene has `predict`, or kWithoutPrediction if it holds no predictions.
 [[nodiscard]] inline display::Transition default_transition(const publication::SceneView& scene,
                                                             std::uint64_t tick_ns) noexcept {
   if (scene.header().period_ns <= tick_ns) return display::Transition::kHold;

@@ -5,9 +5,9 @@
 
 namespace stillgrid::dynamics {
 
-/// Sets rate and method of a scene that names neither: 1 kHz by velocity Verlet, if such a step is
-/// predicted to take at most a quarter of a millisecond. Otherwise both stay as they are. Counts
-/// decide, not a clock. world: build_world(scene).
+/// Sets rate and method of a scene that names neither: 1 kHz by velocity Verlet. Both stay as they
+/// are if such a step is predicted to take more than a quarter of a millisecond. Counts decide, not
+/// a clock. world: build_world(scene).
 void settle_step(scene::SceneDescription& scene, const bodies::World& world);
 
 }  // namespace stillgrid::dynamics

@@ -11,14 +11,13 @@ struct SpringRates {
 };
 
 /// Returns upper bounds for the springs of all nodes that have an unknown, in every shape that the
-/// bodies can take. A spring never resists more, in any direction, than by its stiffness: along its
-/// line it resists by all of it, across by its tension over its length, which is less. For each
-/// node the bound sums k (1 / m_a + 1 / m_b) over its springs; the largest sum bounds the
-/// eigenvalue.
+/// bodies can have. A spring never resists more, in any direction, than by its stiffness. It
+/// resists by all of it along its line, and by its tension over its length across. For each node
+/// the bound sums k (1 / m_a + 1 / m_b) over its springs; the largest sum bounds the eigenvalue.
 [[nodiscard]] SpringRates bound_springs(const bodies::World& world);
 
-/// Returns how many substeps a second explicit integrators take for springs of these rates: twice
-/// as many as are stable, h^2 k + 2 h c = 4 being the limit.
+/// Returns how many substeps a second explicit integrators make for springs of these rates. They
+/// are twice as many as are stable; the limit is h^2 k + 2 h c = 4.
 [[nodiscard]] double substeps_per_s(const SpringRates& rates);
 
 }  // namespace stillgrid::dynamics

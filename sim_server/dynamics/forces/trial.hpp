@@ -15,7 +15,7 @@ struct Trial {
   std::vector<bodies::Node> nodes;              // as World::nodes
   std::vector<bodies::RigidBody> rigid_bodies;  // as World::rigid_bodies
   std::vector<bodies::SphereMotion> spheres;    // of World::spheres
-  bool is_finite = true;                        // else nothing here is to be used
+  bool is_finite = true;                        // else the rest is not valid
   int touching = 0;                             // contacts that touch at its end
   bool struck = false;  // something touched on the way, where that was looked at
   // Where friction sticks: on a of each contact at its end, and what that stored in the step.

@@ -62,7 +62,7 @@ class ExplicitIntegrator : public Integrator {
   const Workers* workers_ = &Workers::alone();
   std::optional<SpringForces> springs_;
   std::optional<JointSpectrum> joints_;
-  SpringRates spring_rates_;  // of springs_
+  SpringRates spring_rates_;  // bounds for springs_
   ContactCore contacts_;
   // Of what touched in the last advance(), and in the last that counts.
   double contact_rate_per_s2_ = 0.0, kept_contact_rate_per_s2_ = 0.0;

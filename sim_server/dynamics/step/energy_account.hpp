@@ -40,7 +40,7 @@ struct EnergyAccount {
 /// Takes a pass over nodes, rigid bodies, springs and joints; contacts_J stays zero.
 [[nodiscard]] Energies energies_without_contacts(const bodies::World& world);
 
-/// What the springs of contacts hold at the start of the step that they were found for, J.
+/// Returns the energy of the contacts' springs at the start of the step they were found for, J.
 [[nodiscard]] double contact_energy_J(std::span<const contact::Contact> contacts);
 
 /// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.

@@ -42,7 +42,7 @@ void EnergyWatch::look(const bodies::World& world, std::span<const contact::Cont
   if (gained_J <= allowed_J) return;
   std::array<char, 300> line{};
   std::snprintf(line.data(), line.size(),
-                "after %.6g s of simulated time the scene has gained %.3g J that nothing gave it "
+                "after %.6g s of simulated time the scene has gained %.3g J without a source "
                 "(start %.3g J, tools and prescribed bodies %.3g J, now %.3g J): the step is too "
                 "long for the scene's stiffness and masses",
                 world.time_s, gained_J, start_.total_J(), given_J_, now.total_J());

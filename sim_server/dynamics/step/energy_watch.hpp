@@ -9,20 +9,19 @@
 namespace stillgrid::dynamics {
 
 /// Ends a run whose world gains energy that no source gave. Sources are tools and prescribed
-/// bodies; gravity is part of the energy. Ten times a second of simulated time, the energy of
-/// motion, gravity, springs and contacts may exceed the start's plus the work of the sources by at
-/// most
+/// bodies. Ten times a second of simulated time it sums the energy of motion, gravity, springs and
+/// contacts. This sum may exceed the start's plus the work of the sources by at most
 ///
-///   0.1 (H + W) + 5e-5 J/kg m,
+///   0.1 (H + W) + 5e-5 J/kg m.
 ///
-/// where H is the largest energy beside gravity that was seen, or the fall in gravity energy if
-/// that is larger, W the sum of the amounts of the sources' work, and m the mass that moves. Losses
-/// by dampers and friction are not added, so that an error of their account ends no run.
+/// H is the largest energy beside gravity that was seen, or the fall in gravity energy if that is
+/// larger. W is the sum of the amounts of the sources' work, and m is the mass that moves. Losses
+/// by dampers and friction are not added: an error of their account ends no run.
 class EnergyWatch {
  public:
   explicit EnergyWatch(const Energies& start) : start_(start) {}
 
-  /// Adds what tools and prescribed bodies gave, J.
+  /// Adds the work of tools and prescribed bodies, J.
   void note_given(double given_J);
 
   /// contacts: as found for the step that begins now. Throws std::domain_error, one line.

@@ -117,8 +117,8 @@ class Simulation {
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
   void share_work(const Workers& workers) { integrator_->share_work(workers); }
 
-  /// From now on step() throws std::domain_error when the world has gained energy that no tool and
-  /// no prescribed body gave (EnergyWatch). Pre: nobody changes the world but by step().
+  /// Makes later calls of step() throw std::domain_error when the world has gained energy that no
+  /// tool and no prescribed body gave (EnergyWatch). Pre: only step() changes the world.
   void watch_energy();
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
