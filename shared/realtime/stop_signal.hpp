@@ -10,8 +10,8 @@ namespace stillgrid::realtime {
 [[nodiscard]] const std::atomic<bool>& stop_requested() noexcept;
 void install_stop_signal();
 
-/// From now on a stop signal sets `shared`, and stop_requested() reads it: memory shared with a
-/// guardian, which may set it too. Before install_stop_signal().
+/// Makes stop signals set `shared`, and stop_requested() read it: memory shared with a guardian,
+/// which may set it too. Pre: before install_stop_signal().
 void share_stop(std::atomic<bool>& shared) noexcept;
 
 /// The same for every other signal that ends a program and may be heeded, as SIGQUIT, SIGALRM or

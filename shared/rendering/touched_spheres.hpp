@@ -64,7 +64,7 @@ struct TouchedSpheres {
   std::size_t response_count = 0;
   std::array<TouchedField, kFieldCapacity> fields;
   std::size_t field_count = 0;
-  std::uint32_t visits_left = kMaxVisits;  // of the tick, for all spheres of the tool
+  std::uint32_t visits_left = kMaxVisits;  // in this tick, for all spheres of the tool
   bool truncated = false;                  // more was there than may be looked at or kept in a tick
 
   [[nodiscard]] std::span<const TouchedSphere> all() const noexcept {

@@ -219,9 +219,9 @@ std::string status_message(const ViewStatus& status) {
 }
 
 Surfaces read_surfaces(const std::string& file) {
-  constexpr std::uintmax_t kMost = 256 * files::kMiB;
+  constexpr std::uintmax_t kMaxBytes = 256 * files::kMiB;
   Surfaces surfaces;
-  surfaces.text = files::read_text(file, kMost);
+  surfaces.text = files::read_text(file, kMaxBytes);
   const Json json = Json::parse(surfaces.text, nullptr, false);
   const std::string fault = fault_of(json);
   if (!fault.empty()) throw std::runtime_error("--surfaces: " + file + ": expected " + fault);

@@ -31,7 +31,7 @@ struct BodyDescription {
   int material = 0;              // index into SceneDescription::materials
   double stiffness_scale = 1.0;  // of its contacts, stiffness and damping, against its material's
   double mass_kg = 0.0;          // of the whole body; a free body has one
-  double tool_radius_m = 0.0;    // of the scene's largest tool sphere, which may touch it
+  double tool_radius_m = 0.0;    // the scene's largest tool sphere
 
   // Its frame; a thread stands where its ends are.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
