@@ -335,8 +335,8 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
 }
 
 SceneDescription load_scene(const std::filesystem::path& path, Integrators integrators) {
-  constexpr std::uintmax_t kMost = 16 * files::kMiB;
-  return read_scene(files::read_text(path, kMost), path, integrators);
+  constexpr std::uintmax_t kMaxBytes = 16 * files::kMiB;
+  return read_scene(files::read_text(path, kMaxBytes), path, integrators);
 }
 
 void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path) {

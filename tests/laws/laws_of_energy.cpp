@@ -223,8 +223,7 @@ Finding nothing_gains_energy(const LawCase& law_case) {
   // differs by their error.
   const scene::IntegratorKind integrator = scene.method.integrator;
   const double explicit_share = start.springs.empty() ? 1e-3 : 0.02;
-  const double share =
-      integrator == scene::IntegratorKind::kImplicitEuler ? 1e-6 : explicit_share;
+  const double share = integrator == scene::IntegratorKind::kImplicitEuler ? 1e-6 : explicit_share;
   finding.allowed = share * most_kinetic_J;
   return finding;
 }

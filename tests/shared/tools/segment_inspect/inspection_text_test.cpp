@@ -86,8 +86,7 @@ TEST_CASE("A session in detail tells each field's cells and bytes", "[inspection
                                         proto::Clock::kVirtual, 0);
   const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
   const std::string text = detail_of(json_of(session.name(), &scene, nullptr, {}));
-  CHECK(text.find("moves false, cell_m 0.0021,") !=
-        std::string::npos);
+  CHECK(text.find("moves false, cell_m 0.0021,") != std::string::npos);
   CHECK(text.find("moves true, cell_m 0.0019,") != std::string::npos);
   CHECK(text.find("bytes " + std::to_string(fixed.fields[1].field->bytes())) != std::string::npos);
 }
