@@ -186,10 +186,10 @@ class SharedMemoryTest(daemons.SessionTest):
 
     def test_a_tool_segment_shrunk_while_in_use_ends_haptic_server_with_one_line(self):
         self.announced_sim_server()
-        recording = self.folder / "recording.csv"
-        hand = self.haptic_server("phantom", "--record", recording)
-        self.wait_until(recording.exists, 5.0, "haptic_server at work")
-        os.truncate(SHM / f"{self.session}-tool", 0)
+        hand = self.haptic_server("phantom")
+        tool = SHM / f"{self.session}-tool"
+        self.wait_until(lambda: tool.exists() and tool.stat().st_size > 0, 5.0, "haptic_server at work")
+        os.truncate(tool, 0)
         self.assert_refused(hand, COULD_NOT_START, "was shrunk by another program")
 
     @staticmethod

@@ -132,7 +132,7 @@ TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[
   REQUIRE(scene.notes.size() == 2);
   CHECK(scene.notes[0].starts_with("body 'b': " + std::to_string(count) + " spheres within 0.00"));
   // 20 spheres for a brick: its edges are far from them.
-  CHECK(scene.notes[1].starts_with("body 'b': a tool of 0.000917 m feels the spheres "));
+  CHECK(scene.notes[1].starts_with("body 'b': a tool of 0.005 m feels the spheres "));
   CHECK(scene.notes[1].find(" JND from the mesh, with holes at ") != std::string::npos);
   CHECK(
       scene.notes[1].ends_with("worse than the nearest face; feel = \"0.7jnd\" or "
