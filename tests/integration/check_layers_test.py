@@ -164,6 +164,7 @@ class CheckLayersTest(SourceTreeTest):
                               "sim_server/mesh/point.hpp too")
 
 
+@unittest.skipUnless(shutil.which("clang-format-14"), "skipped: clang-format-14 is not installed, see scripts/setup")
 class CheckFormatTest(SourceTreeTest):
     def test_a_clean_tree_is_formatted(self):
         result = self.run_script("check_format")
@@ -174,6 +175,17 @@ class CheckFormatTest(SourceTreeTest):
         result = self.run_script("check_format")
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("shared/bad.hpp:2:", result.stdout)
+
+
+class WithoutClangFormatTest(SourceTreeTest):
+    def test_the_check_of_the_format_is_skipped_where_its_program_is_not_installed(self):
+        tools = self.root / "tools"
+        tools.mkdir()
+        for name in ("bash", "dirname"):
+            (tools / name).symlink_to(shutil.which(name))
+        result = subprocess.run([daemons.ROOT / "scripts" / "check_format", self.root], env={"PATH": str(tools)},
+                                capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (77, "check_format: skipped: no clang-format-14\n"))
 
 
 if __name__ == "__main__":

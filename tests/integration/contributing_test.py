@@ -109,6 +109,7 @@ class UdevTest(unittest.TestCase):
             self.assertEqual(called.read_text(), "control --reload\n" + ("" if status else "trigger\n"))
 
 
+@unittest.skipUnless(shutil.which("clang-format-14"), "skipped: clang-format-14 is not installed, see scripts/setup")
 class CommitHookTest(RepositoryTest):
     def setUp(self):
         super().setUp()
@@ -148,6 +149,7 @@ class CommitHookTest(RepositoryTest):
         self.assertEqual(status, 0, text)
 
 
+@unittest.skipUnless(shutil.which("clang-tidy"), "skipped: clang-tidy is not installed, see scripts/setup")
 class TidyTest(RepositoryTest):
     def setUp(self):
         super().setUp()
@@ -237,6 +239,7 @@ class PagesTest(unittest.TestCase):
         self.assertRegex((daemons.ROOT / "VERSION").read_text(), r"^\d+\.\d+\.\d+\n$")
 
 
+@unittest.skipUnless(shutil.which("clang-format-14"), "skipped: clang-format-14 is not installed, see scripts/setup")
 class EditorConfigTest(unittest.TestCase):
     def test_editors_and_clang_format_agree_on_widths(self):
         editor = configparser.ConfigParser(inline_comment_prefixes="#")
