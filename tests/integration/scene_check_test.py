@@ -64,7 +64,7 @@ class SceneCheckTest(daemons.SessionTest):
                 self.assertIn(f"hand '{name}': tool of ", result.stdout)
 
     def test_nodes_rate_and_method_are_those_of_a_run(self):
-        for nodes, rate_hz, method in ((5, 40, "velocity_verlet"), (13, 125, "implicit_euler")):
+        for nodes, rate_hz, method in ((5, 40, "cvode_bdf"), (13, 125, "implicit_euler")):
             scene = self.scene(f'rate_hz = {rate_hz}.0\nintegrator = "{method}"', nodes=nodes)
             end, report = self.folder / "end.csv", self.folder / "report.json"
             run = self.run_program(scene, "--offline", "--duration", "0.1", "--final-state", end, "--report", report)

@@ -66,6 +66,7 @@ TEST_CASE("Energy that a source gave is no gain, energy without one is", "[energ
 TEST_CASE("What a hand gives is no gain", "[energy_watch]") {
   scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                                                        sim_server::material_of(500.0), {0, 0, 0});
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   scene.method = {.integrator = GENERATE(scene::IntegratorKind::kVelocityVerlet,
                                          scene::IntegratorKind::kImplicitEuler)};
   Simulation simulation(scene);

@@ -19,7 +19,8 @@ TEST_CASE("A step that is stopped leaves the world where it was, and takes it up
   check_stopped_step(methods[index]);
 }
 
-TEST_CASE("As many substeps as are said to be stable are, half of them are not", "[stopped_step]") {
+TEST_CASE("As many substeps as are said to be stable are, a third of them are not",
+          "[stopped_step]") {
   const auto energy_gain = [](double share) {
     scene::SceneDescription scene =
         hanging_sheet({.integrator = scene::IntegratorKind::kVelocityVerlet}, 5);
@@ -42,7 +43,7 @@ TEST_CASE("As many substeps as are said to be stable are, half of them are not",
     return most_J / start_J;
   };
   CHECK(energy_gain(1.0) < 1.2);
-  CHECK(energy_gain(0.5) > 10.0);
+  CHECK(energy_gain(0.33) > 10.0);  // the bound is from above
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
   const SceneDescription scene = shipped("tissue_and_blocks");
 
   CHECK(scene.name == "tissue_and_blocks");
-  CHECK(scene.period_s == Approx(1.0 / 250.0));
+  CHECK(scene.period_s == Approx(1e-3));
   CHECK(count_of<bodies::RigidBoxBody>(scene) == 10);
   REQUIRE(count_of<bodies::SheetBody>(scene) == 1);
   for (const bodies::BodyDescription& body : scene.bodies) {
