@@ -11,13 +11,15 @@ namespace {
 
 constexpr double kFade_s = 0.1;
 constexpr double kStaleAfterPeriods = 1.5;
-/// Whatever period is declared: a hand does not wait longer for a world that may have gone.
-constexpr double kLongestPatience_s = 1.0;
+/// For every declared period. The scheduler delays a simulation at 1 kHz by several milliseconds,
+/// which is no fault of it; a hand does not wait longer than a second for a world that may have
+/// gone.
+constexpr double kShortestPatience_s = 0.015, kLongestPatience_s = 1.0;
 
 bool is_fresh(const SnapshotFreshness& snapshot) {
   return snapshot.exists && snapshot.writer_alive &&
-         snapshot.snapshot_age_s <=
-             std::min(kStaleAfterPeriods * snapshot.period_s, kLongestPatience_s);
+         snapshot.snapshot_age_s <= std::clamp(kStaleAfterPeriods * snapshot.period_s,
+                                               kShortestPatience_s, kLongestPatience_s);
 }
 
 /// Along the rendered force: what slides at one depth neither takes nor gives. Slower than encoder

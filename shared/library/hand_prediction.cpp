@@ -22,9 +22,9 @@ double share_not_resisted(const Eigen::Ref<const Eigen::VectorXd>& change,
 template <class Velocity>
 void HandPushes::fit(const Chosen& chosen, double step_s, publication::MovingRecords& moving,
                      Velocity&& velocity, Modes& displacements) const {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  using Gram = Eigen::Matrix<double, 6, 6>;
   const int count = chosen.body->count();
-  Matrix6 gram = Matrix6::Zero();
+  Gram gram = Gram::Zero();
   Twist moment = Twist::Zero();
   const auto records = moving.records();
   for (std::size_t i = 0; i < responding_.size(); ++i) {
@@ -36,7 +36,7 @@ void HandPushes::fit(const Chosen& chosen, double step_s, publication::MovingRec
     moment += parts.transpose() * (step_s * velocity(responding_[i]));
   }
   // What no near sphere shows, as the turning of a ball, is none of the motion.
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solved(gram);
+  const Eigen::SelfAdjointEigenSolver<Gram> solved(gram);
   const double least = 1e-6 * solved.eigenvalues().maxCoeff();
   Twist found = Twist::Zero();
   for (int i = 0; i < 6; ++i)

@@ -70,7 +70,7 @@ class DevicePaceTest(daemons.SessionTest):
 
     def test_orders_reach_an_active_device_and_refusals_are_lines(self):
         orders = self.write("orders", "push_z_N=-1.5\nno such order=1\nnonsense\npush_x_N=much\npush_y_N=1e308\ngrip_N=-1\n")
-        _, _, lines = self.run_in_real_time("phantom:path=still,hand=none", "--commands", orders)
+        _, _, lines = self.run_in_real_time("phantom:path=still,hand=light", "--commands", orders)
         text = "\n".join(lines)
         self.assertIn("command push_z_N=-1.5", text)
         self.assertIn("command 'no such order=1': no such order: value '1': expected a known key", text)
@@ -82,7 +82,7 @@ class DevicePaceTest(daemons.SessionTest):
 
     def test_the_last_order_of_a_file_needs_no_end_of_line_and_a_flood_is_summed(self):
         orders = self.write("orders", "nonsense\n" * 1000 + "push_z_N=-1.5")
-        _, _, lines = self.run_in_real_time("phantom:path=still,hand=none", "--commands", orders)
+        _, _, lines = self.run_in_real_time("phantom:path=still,hand=light", "--commands", orders)
         self.assertIn("command push_z_N=-1.5", "\n".join(lines))
         self.assertEqual(len([line for line in lines if "'nonsense'" in line]), 20)
         self.assertIn("1000 commands were refused, 980 of them not told", "\n".join(lines))

@@ -79,7 +79,7 @@ class ShowTest(InspectTest):
             self.assertEqual(row["writer_pid"], daemon.pid)
             self.assertEqual(row["clock"], "monotonic")
             self.assertIsNone(row["refusal"])
-        self.assertAlmostEqual(scene["declared_rate_hz"], 250.0, delta=0.01)
+        self.assertAlmostEqual(scene["declared_rate_hz"], 1000.0, delta=0.01)
         self.assertAlmostEqual(tool["declared_rate_hz"], 1000.0, delta=0.01)
         # By the count beside it: a busy machine holds the servers up.
         for row in (scene, tool):
@@ -96,7 +96,7 @@ class ShowTest(InspectTest):
         sim, hand = self.start_both()
         lines = [line for line in self.show().splitlines() if line.startswith(self.session)]
         self.assertEqual(len(lines), 2, lines)
-        for line, words in zip(lines, ((f"pid {sim.pid}", "250.0 Hz", f"{SPHERES}+0"),
+        for line, words in zip(lines, ((f"pid {sim.pid}", "1000.0 Hz", f"{SPHERES}+0"),
                                        (f"pid {hand.pid}", "1000.0 Hz"))):
             for word in words:
                 self.assertIn(word, line)

@@ -59,7 +59,7 @@ class Session(ViewerTest):
         self.assertEqual(page.frame()[0]["sim"], "absent")
         self.assertIn("waiting", page.status()["note"])
         self.sim_server("tissue_and_blocks")
-        self.haptic_server(PRESS)
+        self.haptic_server(PRESS, "--transition", "linear")
         frame, arrays = self.wait_for_frame(
             page, lambda frame, _: frame["tool"] and frame["tool"]["contacts"] > 0
             and frame["display"] and frame["ticks"]["seen"] > 100, "a touch that is shown")
