@@ -335,7 +335,7 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
 }
 
 SceneDescription load_scene(const std::filesystem::path& path, Integrators integrators) {
-  constexpr std::uintmax_t kMaxBytes = 16 * files::kMiB;
+  constexpr std::uintmax_t kMaxBytes = 64 * files::kMiB;
   return read_scene(files::read_text(path, kMaxBytes), path, integrators);
 }
 

@@ -170,7 +170,7 @@ scene::SceneDescription load_scene_with(const std::filesystem::path& file,
   if (settings.empty()) return scene::load_scene(file);
   std::string text;
   try {
-    text = with_settings(files::read_text(file, 16 * files::kMiB), settings);
+    text = with_settings(files::read_text(file, 64 * files::kMiB), settings);
   } catch (const ::toml::parse_error&) {
     return scene::load_scene(file);  // refuses the file, and says where
   } catch (const toml::SceneError&) {
