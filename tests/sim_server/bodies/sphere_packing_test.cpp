@@ -171,7 +171,7 @@ TEST_CASE("A box has ceil((side - 2 radius) / spacing) + 1 spheres a side", "[sp
 
 TEST_CASE("A side with one sphere has it in the middle", "[sphere_packing]") {
   const auto spheres =
-      pack_spheres(sim_server::box({0, 0, 0}, {0.04, 0.01, 0.012}, 1.0, {0.01, 0.005}));
+      pack_spheres(sim_server::box({0, 0, 0}, {0.04, 0.01, 0.01}, 1.0, {0.01, 0.005}));
 
   for (const SphereBinding& sphere : spheres) {
     CHECK(sphere.local_m.y() == 0.0);

@@ -66,7 +66,7 @@ TEST_CASE("Bodies that overlap deeply at the start are named, a line a pair", "[
 }
 
 TEST_CASE("Sizes, speeds and places that no hand-held scene has are named", "[start_warnings]") {
-  check_one(warnings_of({sim_server::sheet({20, 20}, 10.0, 1e-4, 100.0)}), "1", "is 205 m long");
+  check_one(warnings_of({sim_server::sheet({20, 20}, 10.0, 1e-4, 100.0)}), "1", "is 210 m long");
   check_one(warnings_of({sim_server::sphere({0, 0, 0}, 1e-5, 0.1)}), "1", "is 2e-05 m long");
   check_one(
       warnings_of({sim_server::moving(sim_server::sphere({0, 0, 0}, 0.02, 0.1), {0, 200, 0})}), "1",
