@@ -115,12 +115,12 @@ class Renderer {
 /// never jumps, and asks nothing of the simulation.
 inline constexpr display::Transition kWithoutPrediction = display::Transition::kRestart;
 
-/// Returns the default transition of a scene: `hold` if a snapshot lasts for one tick or less. A
-/// slower scene has `predict`, or kWithoutPrediction if it holds no predictions.
+/// Returns the default transition of a scene: `hold` if a snapshot lasts for one tick or less, else
+/// `predict`.
 [[nodiscard]] inline display::Transition default_transition(const publication::SceneView& scene,
                                                             std::uint64_t tick_ns) noexcept {
-  if (scene.header().period_ns <= tick_ns) return display::Transition::kHold;
-  return scene.scene().predicts != 0 ? display::Transition::kPredict : kWithoutPrediction;
+  return scene.header().period_ns <= tick_ns ? display::Transition::kHold
+                                             : display::Transition::kPredict;
 }
 
 }  // namespace stillgrid::rendering

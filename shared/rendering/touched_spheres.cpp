@@ -160,7 +160,7 @@ void gather_touched(const collision::GridView& grid, const DisplayedMotion& show
   for (std::uint32_t i = 0; i < tool.size(); ++i) {
     const PlacedToolSphere& probe = tool[i];
     const bool truncated = collision::for_each_candidate(
-        grid, bound_tool_sweep(probe, room_m), touched.visits_left, [&](std::uint32_t number) {
+        grid, bound_tool_sweep(probe, room_m), kMaxVisits, [&](std::uint32_t number) {
           if (!touched.may_visit()) return;
           const collision::RecordLine line = collision::load_line(grid, number);
           if (line.material == proto::kFieldPoint) return;

@@ -77,7 +77,7 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
     const bool was_truncated = touched.truncated;
     const std::uint32_t visits_left = touched.visits_left;
     const bool is_cut =
-        lists.for_each_touch(way, touched.visits_left, [&](const collision::TouchEntry& entry) {
+        lists.for_each_touch(way, kMaxVisits, [&](const collision::TouchEntry& entry) {
           if (!touched.may_visit()) return;
           if (const auto meeting = meeting_of(entry, probe)) add(touched, entry, *meeting, i);
         });

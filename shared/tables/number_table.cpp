@@ -73,7 +73,7 @@ std::vector<Column> NumberTable::find_group(std::initializer_list<std::string> n
   for (const std::string& name : names) {
     if (const auto column = find({name}))
       group.push_back(*column);
-    else
+    else if (missing.empty())
       missing = name;
   }
   if (!group.empty() && !missing.empty())

@@ -145,6 +145,7 @@ TEST_CASE("Visits are bounded for all spheres of the tool together, and end with
   touched.visits_left = 100;
   gather_touched(scene.view().static_grid(), held_snapshot(0), tool, touched);
   CHECK(touched.truncated);
+  CHECK(touched.visits_left == 0);
   CHECK(touched.count <= 100);
 }
 

@@ -269,7 +269,7 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
            (scenes.folder.path / "none.csv").string() + ": cannot be read"},
       {kContact + "field = { cell_m = 0.001, stiffness_map = 'bad.csv' }\n",
        "11:43: body.field.stiffness_map: value 'bad.csv': expected a map of stiffness; " +
-           (scenes.folder.path / "bad.csv").string() + ":3: stiffness_N_per_m: value '-5': exp"},
+           (scenes.folder.path / "bad.csv").string() + ":3: column stiffness_N_per_m: value '-5'"},
       {kContact + "field = { cell_m = 0.001, stiffness_map = 'far.csv' }\n",
        "11:43: body.field.stiffness_map: value 'far.csv': expected places of this mesh at this "
        "scale; 1 of 2 lie farther from its box than a tenth"},
