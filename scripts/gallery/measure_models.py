@@ -27,7 +27,7 @@ DATA = measuring.DATA / "trajectories"
 PERIOD_S = 1.0 / 33.0
 COST = 0.1  # of a period, a step
 JITTERS = (0.0, 0.3)
-TISSUE = ROOT / "shared/tools/laboratory/scenes/tissue.toml"
+TISSUE = ROOT / "tests/laboratory/scenes/tissue.toml"
 
 
 def ease(t, start, end):

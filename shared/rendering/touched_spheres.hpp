@@ -51,8 +51,8 @@ struct TouchedField {
   double energy_share = 1.0;  // of its spring's energy, beside that of a force linear in depth
 };
 
-/// Spheres that a tick may visit, and swept bounds and rows of cells that a query for one sphere of
-/// the tool may look at, whatever the segment says.
+/// Spheres that a tick may visit, whatever the segment says. A query for one tool sphere looks at
+/// as many swept bounds and rows of cells at most.
 inline constexpr std::uint32_t kMaxVisits = 8192;
 
 /// What a tick gathered, in memory of its own and of fixed size.

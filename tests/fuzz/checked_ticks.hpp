@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "haptic_server/safety/safety_chain.hpp"
-#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 
 namespace stillgrid::fuzz {
 

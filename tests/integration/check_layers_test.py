@@ -131,9 +131,9 @@ class CheckLayersTest(SourceTreeTest):
         for file, namespace in {
                 "proto/a.hpp": "proto", "sim_server/a.hpp": "sim_server",
                 "sim_server/dynamics/solvers/a.hpp": "dynamics",
-                "shared/tools/fit_run/a.cpp": "fit_run::detail",
+                "tests/laboratory/fit_run/a.cpp": "fit_run::detail",
                 "tests/sim_server/a.cpp": "sim_server", "tests/sim_server/mesh/a.cpp": "mesh",
-                "tests/shared/tools/fit_run/a.cpp": "fit_run", "tests/laws/a.cpp": "laws",
+                "tests/stability/fit_run/a.cpp": "fit_run", "tests/laws/a.cpp": "laws",
                 "tests/stability/rivals/a.cpp": "laboratory"}.items():
             self.plant(file, "namespace stillgrid::toml {\nclass Reader;\n}\n\n"
                              f"namespace stillgrid::{namespace} {{\nnamespace {{\nint a();\n}}  // namespace\n"

@@ -209,7 +209,7 @@ class PagesTest(unittest.TestCase):
         numbers = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
         stages = numbers[rows("docs/safety.md", r"^\| \d+ \| ")]
         transitions = numbers[rows("shared/display/transition.cpp", r"^    TransitionLaw\{")]
-        rivals = numbers[rows("shared/tools/laboratory/rivals/rivals.cpp", r'^    \{"\w+", ')]
+        rivals = numbers[rows("tests/laboratory/rivals/rivals.cpp", r'^    \{"\w+", ')]
         for page, sentence in (
                 ("README.md", f"{stages} stages between every force and the hand, tried with {len(FAULTS)} injected faults"),
                 ("README.md", f"{transitions} ways to pass from one snapshot to the next"),

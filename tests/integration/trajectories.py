@@ -7,7 +7,7 @@ import daemons
 
 FOLDER = daemons.DATA / "trajectories"
 CONTOUR_MESH = daemons.DATA / "meshes" / "ku_contour.stl"
-TISSUE = daemons.ROOT / "shared/tools/laboratory/scenes/tissue.toml"
+TISSUE = daemons.ROOT / "tests/laboratory/scenes/tissue.toml"
 
 # The printed contour that the demonstrations were recorded on, in place, of even spheres.
 CONTOUR_SCENE = """format = 2

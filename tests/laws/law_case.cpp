@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "shared/tools/laboratory/path_file.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "tests/laboratory/path_file.hpp"
 
 namespace stillgrid::laws {
 namespace {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "shared/tools/laboratory/lab.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "tests/laboratory/lab.hpp"
 #include "tests/laws/hand.hpp"
 #include "tests/laws/scene_text.hpp"
 

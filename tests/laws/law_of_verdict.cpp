@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "shared/tools/laboratory/lab_cell.hpp"
+#include "tests/laboratory/lab_cell.hpp"
 #include "tests/laws/law.hpp"
 
 namespace stillgrid::laws {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "shared/tools/laboratory/methods/broyden.hpp"
+#include "tests/laboratory/methods/broyden.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
 namespace stillgrid::performance {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 
-#include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/fields/field_force.hpp"
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
@@ -11,6 +10,7 @@
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
+#include "tests/laboratory/rivals/penetration_volume.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 namespace stillgrid::performance {

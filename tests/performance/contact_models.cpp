@@ -7,13 +7,13 @@
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
 #include "shared/publication/scene_segment.hpp"
-#include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/fields/field_force.hpp"
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/effective_stiffness.hpp"
 #include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
+#include "tests/laboratory/rivals/penetration_volume.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
 namespace stillgrid::performance {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 

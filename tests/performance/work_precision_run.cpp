@@ -6,9 +6,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "shared/tools/laboratory/methods/broyden.hpp"
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
+#include "tests/laboratory/methods/broyden.hpp"
 
 namespace stillgrid::performance {
 namespace {

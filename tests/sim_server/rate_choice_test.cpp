@@ -12,9 +12,9 @@
 #include <string>
 
 #include "shared/rendering/force_error.hpp"
-#include "shared/tools/laboratory/lab.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "tests/laboratory/lab.hpp"
 #include "tests/sanitizer_cut.hpp"
 #include "tests/test_folder.hpp"
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "shared/display/transition.hpp"
-#include "shared/tools/laboratory/metrics.hpp"
-#include "shared/tools/laboratory/model_comparison.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
+#include "tests/laboratory/metrics.hpp"
+#include "tests/laboratory/model_comparison.hpp"
 
 namespace stillgrid::laboratory::comparison_test {
 namespace {

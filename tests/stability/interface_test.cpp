@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "shared/tools/laboratory/lab.hpp"
-#include "shared/tools/laboratory/lab_scenes.hpp"
-#include "shared/tools/laboratory/path_file.hpp"
 #include "sim_server/lockstep_schedule.hpp"
+#include "tests/laboratory/lab.hpp"
+#include "tests/laboratory/lab_scenes.hpp"
+#include "tests/laboratory/path_file.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::laboratory::interface_test {

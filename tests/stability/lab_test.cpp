@@ -1,6 +1,6 @@
 // The laboratory against cases 1.1, 1.12, 1.13, 2.2 and 2.3 of docs/cases.md.
 
-#include "shared/tools/laboratory/lab.hpp"
+#include "tests/laboratory/lab.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "haptic_server/recording/csv_recording.hpp"
-#include "shared/tools/laboratory/lab_cell.hpp"
-#include "shared/tools/laboratory/metrics.hpp"
-#include "shared/tools/laboratory/two_rate.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "tests/laboratory/lab_cell.hpp"
+#include "tests/laboratory/metrics.hpp"
+#include "tests/laboratory/two_rate.hpp"
 
 namespace stillgrid::laboratory::lab_test {
 namespace {

@@ -1,6 +1,6 @@
 // Every measure on signals whose answer is known.
 
-#include "shared/tools/laboratory/metrics.hpp"
+#include "tests/laboratory/metrics.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "shared/tools/laboratory/spectrum.hpp"
+#include "tests/laboratory/spectrum.hpp"
 
 namespace stillgrid::laboratory::metrics_test {
 namespace {

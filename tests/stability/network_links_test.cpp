@@ -1,6 +1,6 @@
 // Packets of the laboratory's network: what is lost, when the rest comes.
 
-#include "shared/tools/laboratory/network_links.hpp"
+#include "tests/laboratory/network_links.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstdint>

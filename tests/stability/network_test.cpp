@@ -1,6 +1,6 @@
 // Both servers' code with a network between them, in virtual time.
 
-#include "shared/tools/laboratory/network.hpp"
+#include "tests/laboratory/network.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/tools/laboratory/lab_cell.hpp"
+#include "tests/laboratory/lab_cell.hpp"
 
 namespace stillgrid::laboratory::network_test {
 namespace {

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "shared/tools/laboratory/lab_cell.hpp"
+#include "tests/laboratory/lab_cell.hpp"
 
 namespace stillgrid::laboratory::predict_bears_test {
 namespace {

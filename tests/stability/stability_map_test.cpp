@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/stability_map.hpp"
+#include "tests/laboratory/stability_map.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

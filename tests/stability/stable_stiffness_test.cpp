@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/stable_stiffness.hpp"
+#include "tests/laboratory/stable_stiffness.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/two_rate.hpp"
+#include "tests/laboratory/two_rate.hpp"
 
 #include <algorithm>
 #include <array>

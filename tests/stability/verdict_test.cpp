@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/verdict.hpp"
+#include "tests/laboratory/verdict.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "shared/tools/laboratory/lab_cell.hpp"
+#include "tests/laboratory/lab_cell.hpp"
 
 namespace stillgrid::laboratory::verdict_test {
 namespace {

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "shared/tools/laboratory/two_rate.hpp"
+#include "tests/laboratory/two_rate.hpp"
 
 namespace stillgrid::laboratory::two_rate::virtual_coupling_test {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "shared/tools/laboratory/methods/broyden.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
+#include "tests/laboratory/methods/broyden.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::late_samples_test {

@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/rivals/constraint_model.hpp"
+#include "tests/laboratory/rivals/constraint_model.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

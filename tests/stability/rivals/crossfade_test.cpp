@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/rivals/crossfade.hpp"
+#include "tests/laboratory/rivals/crossfade.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,9 +1,9 @@
-#include "shared/tools/laboratory/rivals/force_jacobian.hpp"
+#include "tests/laboratory/rivals/force_jacobian.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::force_jacobian_test {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::hostile_scene_test {

@@ -1,9 +1,9 @@
-#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
+#include "tests/laboratory/rivals/local_model_renderer.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "shared/tools/laboratory/rivals/force_held.hpp"
-#include "shared/tools/laboratory/rivals/proxy.hpp"
+#include "tests/laboratory/rivals/force_held.hpp"
+#include "tests/laboratory/rivals/proxy.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::local_model_renderer_test {

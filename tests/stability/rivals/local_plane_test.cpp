@@ -1,10 +1,10 @@
-#include "shared/tools/laboratory/rivals/local_plane.hpp"
+#include "tests/laboratory/rivals/local_plane.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/local_model_renderer.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::local_plane_test {

@@ -1,10 +1,10 @@
-#include "shared/tools/laboratory/rivals/local_sphere.hpp"
+#include "tests/laboratory/rivals/local_sphere.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::local_sphere_test {

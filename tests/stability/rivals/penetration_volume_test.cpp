@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/rivals/penetration_volume.hpp"
+#include "tests/laboratory/rivals/penetration_volume.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

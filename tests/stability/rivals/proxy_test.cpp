@@ -1,9 +1,9 @@
-#include "shared/tools/laboratory/rivals/proxy.hpp"
+#include "tests/laboratory/rivals/proxy.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::proxy_test {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "haptic_server/devices/phantom_model.hpp"
-#include "shared/tools/laboratory/rivals/rivals.hpp"
+#include "tests/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory::stable_stiffness_test {
