@@ -13,7 +13,7 @@ sys.path.append(str(ROOT / "tests" / "integration"))
 import daemons  # after the path it needs
 
 NOTICES = (ROOT / "THIRD_PARTY_NOTICES.md").read_text()
-SOURCES = ("proto", "shared", "sim_server", "haptic_server")
+SOURCES = ("proto", "shared", "sim_server", "haptic_server", "tests/laboratory")  # fit_run is installed
 OF_THE_SYSTEM = {"arpa/", "linux/", "net/", "netinet/", "sys/"}
 
 
