@@ -294,6 +294,7 @@ int run(Arguments& arguments) {
   try {
     run_simulation(scene, arguments.server, std::move(lock), simulation, report,
                    realtime::stop_requested());
+    simulation.judge_energy();
   } catch (const publication::SegmentError& error) {
     status = fail(error, realtime::kCouldNotStart);
   } catch (const std::domain_error& error) {  // the state is not finite, or gained energy

@@ -5,8 +5,8 @@
 
 namespace stillgrid::laws {
 
-/// Draws a soft block, mesh or sheet that drops on a floor from up to 0.9 m. Its method is velocity
-/// Verlet, or the default.
+/// Draws a soft block, mesh, sheet, ball or box that drops on a floor from up to 0.9 m. Its method
+/// is velocity Verlet, or the default.
 void draw_drop(LawCase& law_case, Random& random);
 
 }  // namespace stillgrid::laws

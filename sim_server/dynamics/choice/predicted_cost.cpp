@@ -64,7 +64,7 @@ int stable_substeps(const SceneLoad& load, double step_s) {
 }
 
 int taken_substeps(const SceneLoad& load, double step_s) {
-  constexpr double kContactRatio = 32.0, kMax = 1e9;  // h^2 w^2 of what touches
+  constexpr double kContactRatio = 0.125, kMax = 1e9;  // h^2 w^2 of what touches
   const double per_s =
       std::max(substeps_per_s({load.spring_rad_s * load.spring_rad_s, load.damping_1_s}),
                load.contact_rad_s / std::sqrt(kContactRatio));

@@ -11,8 +11,8 @@ namespace {
 constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
-/// Of a substep, h^2 omega^2 / 2 of what touches: with less, substeps cost more than iterations.
-constexpr double kContactRatio = 16.0;
+/// Largest h^2 omega^2 / 2 of a substep's contacts. With more, an undamped bounce gains energy.
+constexpr double kContactRatio = 1.0 / 16.0;
 /// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen,
 /// and the normals of spheres that collide turn little.
 constexpr double kMaxApproach = 0.2;
@@ -20,6 +20,16 @@ constexpr double kMaxApproach = 0.2;
 constexpr int kMaxHalvings = 5;
 /// Rigid bodies that one thread takes at once, and below which threads cost more than they take.
 constexpr std::size_t kBodiesAChunk = 512, kBodiesWorthSharing = 2048;
+
+/// Written so that no number asks for one.
+int whole_substeps(double asked) {
+  return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
+}
+
+int substeps_of_contacts(double rate_per_s2, double duration_s) {
+  // A little more than asked, so that rounding asks for no third try.
+  return whole_substeps(1.01 * duration_s * std::sqrt(rate_per_s2 / kContactRatio));
+}
 
 /// By the spin of the middle, as explicit midpoint has it: of second order also where the spin
 /// changes as the body turns.
@@ -55,13 +65,14 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
     joints_.emplace(world);
   }
   SolveReport report;
-  // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
+  // If contacts cannot be solved or are too stiff for the substeps, the part begins anew with more.
   for (int halvings = 0;; ++halvings) {
     pack(world);
     contacts_.take(world, contacts);
     flow_ = {};
+    const int needed = substeps_of_contacts(contact_rate_per_s2_, duration_s);
     contact_rate_per_s2_ = 0.0;
-    substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
+    substeps_ = halvings == 0 ? substeps_for(world, duration_s) : std::max(2 * substeps_, needed);
     const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
     const bool is_free = contacts.empty() && world.joints.empty();
     report = is_free ? move_freely(world, duration_s, budget)
@@ -89,7 +100,8 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
     due_s = substep_s;
     const ContactSolve solve =
         substep(world, (report.iterations + 0.5) * substep_s, substep_s, duration_s, budget);
-    if (solve.converged) continue;
+    const bool too_stiff = may_halve && solve.stiffness_ratio > kContactRatio;
+    if (solve.converged && !too_stiff) continue;
     report.converged = false;
     if (may_halve || solve.late) break;
   }
@@ -153,12 +165,10 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
   const SpringRates joints = joints_->bound(world, duration_s);
   const SpringRates rates{spring_rates_.stiffness_per_s2 + joints.stiffness_per_s2,
                           spring_rates_.damping_per_s + joints.damping_per_s};
-  const double asked =
+  const int of_motion = whole_substeps(
       duration_s *
-      std::max({substeps_per_s(rates), std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
-                contacts_.approach_per_s(state_, duration_s) / kMaxApproach});
-  // Written so that no number asks for one.
-  return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
+      std::max(substeps_per_s(rates), contacts_.approach_per_s(state_, duration_s) / kMaxApproach));
+  return std::max(of_motion, substeps_of_contacts(kept_contact_rate_per_s2_, duration_s));
 }
 
 ContactSolve ExplicitIntegrator::substep(const bodies::World& world, double at_s, double substep_s,

@@ -27,6 +27,9 @@ class EnergyWatch {
   /// contacts: as found for the step that begins now. Throws std::domain_error, one line.
   void look(const bodies::World& world, std::span<const contact::Contact> contacts);
 
+  /// now: of that world. Throws likewise, however short ago the last look was.
+  void judge(const bodies::World& world, const Energies& now);
+
  private:
   Energies start_;
   double given_J_ = 0.0, exchanged_J_ = 0.0, most_held_J_ = 0.0;

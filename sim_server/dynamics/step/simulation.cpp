@@ -478,6 +478,10 @@ void Simulation::watch_energy() {
   watch_.emplace(energies_now());
 }
 
+void Simulation::judge_energy() {
+  if (watch_) watch_->judge(world_, energies_now());
+}
+
 std::optional<EnergyAccount> Simulation::energy_account() {
   if (account_) account_->end = energies_now();
   return account_;

@@ -120,6 +120,8 @@ class Simulation {
   /// Makes later calls of step() throw std::domain_error when the world has gained energy that no
   /// tool and no prescribed body gave (EnergyWatch). Pre: only step() changes the world.
   void watch_energy();
+  /// Throws likewise if the world has gained energy by now.
+  void judge_energy();
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
