@@ -145,7 +145,6 @@ class ShippedScenesTest(HandsTest):
     SEEDS = range(1, 9)
     SECONDS = 16.3  # of which the hands' deed takes 10
     SCENES = ("block_pinched", "cloth_held_by_two")
-    STIFFNESS_N_per_m = 150.0  # of the pinched block; the cloth has a third of it
 
     def runs(self, scene, seeds=SEEDS, device=""):
         for seed in seeds:
@@ -168,23 +167,18 @@ class ShippedScenesTest(HandsTest):
                 for name in HANDS:
                     self.check_hand(reports[name], (scene, name))
 
-    def allowed_J(self, report):
-        """Law 3: a held snapshot is a period old, and makes at most twice what the contacts' springs hold."""
-        return report["force_N"]["max"] ** 2 / self.STIFFNESS_N_per_m
-
     def check_hand(self, report, what):
         flags = {flag for flag, count in report["safety"].items() if count}
         self.assertLessEqual(flags, {"ramped"}, what)
         self.assertLess(report["force_N"]["max"], 1.75, what)  # what a touchx bears for long
-        self.assertLess(report["interface"]["made_J"], self.allowed_J(report), what)
-        self.assertLess(report["interface"]["most_made_in_a_second_J"], 1e-3, what)
+        self.assertLess(report["interface"]["made_J"], 0.0, what)
+        self.assertLess(report["interface"]["most_made_in_a_second_J"], 5e-4, what)
 
     def test_what_noise_of_the_positions_makes_is_told_apart(self):
         for reports in self.runs("block_pinched", self.SEEDS[::3], ",noise_m=1e-5"):
-            for report in (reports[name] for name in HANDS):
-                interface = report["interface"]
+            for interface in (reports[name]["interface"] for name in HANDS):
                 self.assertGreater(interface["made_J"], 0.0)
-                self.assertLess(interface["made_J"] - interface["noise_J"], self.allowed_J(report))
+                self.assertLess(interface["made_J"] - interface["noise_J"], 0.0)
 
     def test_two_hands_bear_the_pinched_block(self):
         """Momentum: what the hands press cancels, what they bear is its weight, and it is off its stand."""

@@ -64,10 +64,10 @@ int stable_substeps(const SceneLoad& load, double step_s) {
 }
 
 int taken_substeps(const SceneLoad& load, double step_s) {
-  constexpr double kContactRatio = 0.125, kMax = 1e9;  // h^2 w^2 of what touches
+  constexpr double kMax = 1e9;
   const double per_s =
       std::max(substeps_per_s({load.spring_rad_s * load.spring_rad_s, load.damping_1_s}),
-               load.contact_rad_s / std::sqrt(kContactRatio));
+               contact_substeps_per_s(0.5 * load.contact_rad_s * load.contact_rad_s));
   return static_cast<int>(std::clamp(std::ceil(step_s * per_s), 1.0, kMax));
 }
 

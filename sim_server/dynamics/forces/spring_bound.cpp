@@ -45,4 +45,8 @@ double substeps_per_s(const SpringRates& rates) {
   return 0.25 * (c + std::sqrt(c * c + 4.0 * k)) / kStableShare;
 }
 
+double contact_substeps_per_s(double rate_per_s2) {
+  return std::sqrt(rate_per_s2 / kContactRatio);
+}
+
 }  // namespace stillgrid::dynamics

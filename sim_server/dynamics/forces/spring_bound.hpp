@@ -20,4 +20,11 @@ struct SpringRates {
 /// are twice as many as are stable; the limit is h^2 k + 2 h c = 4.
 [[nodiscard]] double substeps_per_s(const SpringRates& rates);
 
+/// Largest h^2 omega^2 / 2 of a substep's contacts. An undamped bounce gains energy beyond it.
+inline constexpr double kContactRatio = 1.0 / 16.0;
+
+/// Returns how many substeps a second keep to kContactRatio; rate_per_s2: omega^2 / 2 of the
+/// stiffest contact.
+[[nodiscard]] double contact_substeps_per_s(double rate_per_s2);
+
 }  // namespace stillgrid::dynamics

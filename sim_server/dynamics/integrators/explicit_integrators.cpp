@@ -11,8 +11,6 @@ namespace {
 constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
-/// Largest h^2 omega^2 / 2 of a substep's contacts. With more, an undamped bounce gains energy.
-constexpr double kContactRatio = 1.0 / 16.0;
 /// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen,
 /// and the normals of spheres that collide turn little.
 constexpr double kMaxApproach = 0.2;
@@ -28,7 +26,7 @@ int whole_substeps(double asked) {
 
 int substeps_of_contacts(double rate_per_s2, double duration_s) {
   // A little more than asked, so that rounding asks for no third try.
-  return whole_substeps(1.01 * duration_s * std::sqrt(rate_per_s2 / kContactRatio));
+  return whole_substeps(1.01 * duration_s * contact_substeps_per_s(rate_per_s2));
 }
 
 /// By the spin of the middle, as explicit midpoint has it: of second order also where the spin
