@@ -210,7 +210,7 @@ class StiffnessFitTest(daemons.SessionTest):
                 ((scene("turned", "[tool]", "[device]\norientation_xyzw = [1.0, 0.0, 0.0, 0.0]\n[tool]"), pushes),
                  r"turned\.toml: device\.orientation_xyzw: value \[1\.0, 0\.0, 0\.0, 0\.0\]: expected a device"),
                 ((scene("toml", "[tool]", "[tool"), pushes), r"toml\.toml: "),
-                ((scene("mesh", "organ.obj", "none.obj"), pushes), r"body\.file: value '.*': expected .*none\.obj: no such file")):
+                ((scene("mesh", "organ.obj", "none.obj"), pushes), r"body\.file: value '.*: expected .*none\.obj: no such file")):
             with self.subTest(words):
                 run = self.fit(*arguments, *(() if "--out" in arguments else ("--out", "refused")))
                 self.assertEqual(run.returncode, COULD_NOT_RUN, run.stdout + run.stderr)
