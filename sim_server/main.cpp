@@ -64,14 +64,15 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* session = app.add_option("--session", server.session,
                                  "Name that joins the two servers; USER/NAME: with USER's")
                       ->transform(CLI::Validator(publication::settle_session, ""));
-  auto* rate =
-      app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
-          ->check(command_line::number_in(0.01, 1e5));
+  auto* rate = app.add_option("--rate", arguments.rate_hz,
+                              "Steps a second, Hz; stands for rate_hz of the scene")
+                   ->check(command_line::number_in(0.01, 1e5));
   auto* duration =
       app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
           ->check(command_line::number_in(1e-6, 1e8));
   auto* lockstep = app.add_flag("--lockstep", arguments.lockstep,
-                                "Virtual time, in agreement with haptic_server --lockstep");
+                                "Virtual time, in agreement with haptic_server --lockstep; ends "
+                                "after its hands unless there is a --duration");
   auto* offline = app.add_flag("--offline", arguments.offline,
                                "Virtual time, alone; needs --duration, publishes nothing");
   offline->excludes(lockstep)->excludes(session);

@@ -157,6 +157,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   while (snapshot.state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peers.wait(&Header::lockstep_sample_ns, snapshot.sample_ns + 1)) break;
+    if (!options.duration_s && peers.have_ended()) break;
     const dynamics::StepReport step = simulation.step(
         to_s(snapshot.step_ns), take_tools, {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) break;

@@ -11,6 +11,15 @@
 
 namespace stillgrid::command_line {
 
+/// Returns the status, or prints a line and returns kCouldNotStart if standard output took less
+/// than was printed.
+inline int after_output(const CLI::App& app, int status) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  std::fprintf(stderr, "%s: standard output could not be written to its end\n",
+               app.get_name().c_str());
+  return realtime::kCouldNotStart;
+}
+
 /// Parses a program's options and does its work: the exit status that main() returns. --help and
 /// --version are printed; StopRequested is a line and done; any other exception is one line on
 /// standard error that names the program, and bad input.
@@ -18,7 +27,7 @@ template <class Work>
 int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
   try {
     app.parse(argc, argv);
-    return work();
+    return after_output(app, work());
   } catch (const CLI::Success& printed) {
     return app.exit(printed);
   } catch (const CLI::RuntimeError& said) {

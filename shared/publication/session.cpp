@@ -104,6 +104,14 @@ bool LockstepPeers::wait(std::uint64_t proto::SegmentHeader::*promise, std::uint
   return true;
 }
 
+bool LockstepPeers::have_ended() {
+  for (std::size_t hand = 0; hand < session_.hands().size(); ++hand)
+    if (double_buffer::HardwareAtomics::load(view(hand)->reader().live().lockstep_sample_ns,
+                                             std::memory_order_acquire) != proto::kNever)
+      return false;
+  return true;
+}
+
 std::string LockstepPeers::of_hand(std::size_t hand) const {
   return session_.hands().size() > 1 ? " of '" + session_.hands()[hand].name() + "'" : "";
 }

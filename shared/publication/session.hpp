@@ -87,6 +87,9 @@ class LockstepPeers {
   bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value,
             std::uint64_t until_ns = proto::kNever);
 
+  /// Returns whether every peer has ended its run in order. Pre: all have arrived.
+  [[nodiscard]] bool have_ended();
+
  private:
   const ToolView* view(std::size_t hand) { return session_.hands()[hand].tool().acquire(); }
   [[nodiscard]] std::string of_hand(std::size_t hand) const;

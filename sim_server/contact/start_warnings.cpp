@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -133,45 +134,84 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
                                ", behind its normal: the plane will throw it out");
 }
 
-/// Returns the radius of the largest ball that passes between neighbouring spheres of a cover
-/// without contact; negative if none does.
-double hole_radius_m(const bodies::BodyDescription& body) {
+/// The cover of a body by spheres of one radius.
+struct Cover {
+  bodies::SpherePacking spheres;
+  bool is_row = false;
+};
+
+std::optional<Cover> cover_of(const bodies::BodyDescription& body) {
   return std::visit(
-      [](const auto& shape) {
-        if constexpr (requires { shape.spheres.spacing_m; }) {
-          constexpr bool kIsThread =
-              std::is_same_v<std::decay_t<decltype(shape)>, bodies::ThreadBody>;
-          return shape.spheres.spacing_m * (kIsThread ? 0.5 : std::numbers::sqrt2 / 2.0) -
-                 shape.spheres.radius_m;
-        } else {
-          return -1.0;
-        }
+      [](const auto& shape) -> std::optional<Cover> {
+        using Kind = std::decay_t<decltype(shape)>;
+        if constexpr (requires { shape.spheres.spacing_m; })
+          return Cover{shape.spheres, std::is_same_v<Kind, bodies::ThreadBody>};
+        else
+          return std::nullopt;
       },
       body.shape);
 }
 
-/// Warns of covers that a sphere of a tool or of another body passes through.
-void warn_of_holes(const scene::SceneDescription& scene, const std::vector<Shape>& shapes,
-                   Warnings& warnings) {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  double tool_m = kNone;
-  for (const scene::Hand& hand : scene::hands_of(scene))
-    for (const scene::ToolSphere& sphere : hand.tool) tool_m = std::min(tool_m, sphere.radius_m);
-  std::array<double, 2> smallest_m = {kNone, kNone};  // of all bodies, and without that body
-  for (const Shape& shape : shapes)
-    if (shape.smallest_m < smallest_m[1])
-      smallest_m = {std::min(smallest_m[0], shape.smallest_m),
-                    std::max(smallest_m[0], shape.smallest_m)};
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const bool is_smallest = shapes[i].smallest_m == smallest_m[0];
-    const double passing_m = std::min(tool_m, smallest_m[is_smallest ? 1 : 0]);
-    if (hole_radius_m(scene.bodies[i]) >= passing_m)
-      warnings.add(
-          static_cast<int>(i),
-          print("has holes: a sphere of radius %.3g m passes between its spheres: expected "
-                "spacing_m at most their radius, %.3g",
-                passing_m, shapes[i].radius_m));
+/// Returns the smallest radius among spheres of tools and of other bodies.
+class SmallestSphere {
+ public:
+  SmallestSphere(const scene::SceneDescription& scene, const std::vector<Shape>& shapes) {
+    for (const scene::Hand& hand : scene::hands_of(scene))
+      for (const scene::ToolSphere& sphere : hand.tool)
+        tool_m_ = std::min(tool_m_, sphere.radius_m);
+    for (const Shape& shape : shapes)
+      if (shape.smallest_m < bodies_m_[1])
+        bodies_m_ = {std::min(bodies_m_[0], shape.smallest_m),
+                     std::max(bodies_m_[0], shape.smallest_m)};
   }
+
+  [[nodiscard]] double beside_m(const Shape& shape) const {
+    return std::min(tool_m_, bodies_m_[shape.smallest_m == bodies_m_[0] ? 1 : 0]);
+  }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double tool_m_ = kNone;
+  std::array<double, 2> bodies_m_ = {kNone, kNone};
+};
+
+/// Warns of covers whose spheres stand farther apart than their radius: one line for those that
+/// another sphere passes through, one for the others.
+void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shape>& shapes,
+                    Warnings& warnings) {
+  struct Lines {
+    int first = -1;
+    std::size_t others = 0;
+    std::string what;
+  };
+  std::array<Lines, 2> lines;
+  const SmallestSphere smallest(scene, shapes);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const std::optional<Cover> cover = cover_of(scene.bodies[i]);
+    if (!cover || cover->spheres.spacing_m <= cover->spheres.radius_m * (1.0 + 1e-9)) continue;
+    const double other_m = smallest.beside_m(shapes[i]);
+    const double reach_m = other_m + cover->spheres.radius_m;
+    const double half_gap_m =
+        cover->spheres.spacing_m * (cover->is_row ? 0.5 : std::numbers::sqrt2 / 2.0);
+    const bool passes = half_gap_m >= reach_m;
+    Lines& line = lines[passes ? 0 : 1];
+    if (line.first >= 0) {
+      ++line.others;
+      continue;
+    }
+    line.first = static_cast<int>(i);
+    line.what = print("spacing_m %.3g is greater than radius_m %.3g: a sphere of radius %.3g m ",
+                      cover->spheres.spacing_m, cover->spheres.radius_m, other_m);
+    line.what +=
+        passes ? "passes between its spheres"
+               : print("sinks %.2g mm between its spheres",
+                       1e3 * (reach_m - std::sqrt(reach_m * reach_m - half_gap_m * half_gap_m)));
+  }
+  for (const Lines& line : lines)
+    if (line.first >= 0)
+      warnings.add(
+          line.first,
+          line.what + (line.others > 0 ? print("; likewise %zu other bodies", line.others) : ""));
 }
 
 /// The body that a contact's other side is of.
@@ -262,7 +302,7 @@ std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
   const std::vector<Shape> shapes = shapes_of(world);
   for (std::size_t i = 0; i < shapes.size(); ++i)
     warn_of_shape(scene, world, static_cast<int>(i), shapes[i], warnings);
-  warn_of_holes(scene, shapes, warnings);
+  warn_of_covers(scene, shapes, warnings);
   warn_of_overlaps(world, shapes, warnings);
   return std::move(warnings).lines();
 }

@@ -63,6 +63,12 @@ class LockstepTest(daemons.SessionTest):
             self.assertAlmostEqual(time_s[-1], 0.2 + latency + 0.004 - 0.001)
             self.assertEqual(recordings[-2].read_bytes(), recordings[-1].read_bytes())
 
+    def test_without_a_duration_a_simulation_ends_after_its_hands(self):
+        sim_server = self.sim_server("wall", "--lockstep")
+        haptic_server = self.haptic_server("phantom", "--lockstep", "--duration", 0.2)
+        self.assertEqual(haptic_server.wait(), daemons.DONE, haptic_server.lines())
+        self.assertEqual(sim_server.wait(), daemons.DONE, sim_server.lines())
+
     def test_a_stop_ends_it_though_its_simulation_has_ended(self):
         for end in (signal.SIGINT, signal.SIGTERM):
             recording = self.folder / f"{end.name}.csv"

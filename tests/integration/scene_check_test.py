@@ -91,6 +91,13 @@ class SceneCheckTest(daemons.SessionTest):
         self.assertIn("body 'thread'", checked.stderr)
         self.assertIn(checked.stderr.strip(), run.stderr)
 
+    def test_a_full_disk_is_a_line_and_no_success(self):
+        with open("/dev/full", "w") as full:
+            checked = subprocess.run([str(BUILD / "bin" / "sim_server"), "--scene", str(self.scene()), "--check"],
+                                     stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(checked.returncode, daemons.COULD_NOT_START)
+        self.assertIn("sim_server: standard output could not be written to its end\n", checked.stderr)
+
     def test_a_scene_that_no_start_would_take_is_refused_in_one_line(self):
         text = SCENE.format(simulation="", nodes=6, height_m=0.1, mass="mass_kg")
         hand = text[:text.index("[[material]]")].count("\n") + 1

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "shared/command_line/version.hpp"
 #include "shared/publication/hands.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -140,10 +141,7 @@ int program_main(int argc, char** argv) {
   command_line::add_version(app, {command_line::segment_interface()});
   try {
     app.parse(argc, argv);
-    const int status = run(arguments);
-    if (std::fflush(stdout) != 0)
-      return fail("cannot write standard output", realtime::kCouldNotStart);
-    return status;
+    return command_line::after_output(app, run(arguments));
   } catch (const CLI::Success& printed) {
     return app.exit(printed);
   } catch (const CLI::Error& error) {

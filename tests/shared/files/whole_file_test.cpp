@@ -48,6 +48,14 @@ TEST_CASE("Asking whether a file can be written leaves it as it was", "[whole_fi
   CHECK(files_in(folder) == 1);
 }
 
+TEST_CASE("A pipe that nobody reads is asked without a wait", "[whole_file]") {
+  const tests::TestFolder folder;
+  const auto pipe = folder.path / "pipe";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  require_writable(pipe);
+  CHECK(std::filesystem::is_fifo(pipe));
+}
+
 TEST_CASE("A file that cannot be written is named and leaves nothing behind", "[whole_file]") {
   const tests::TestFolder folder;
   CHECK_THROWS_WITH(require_writable(folder.path), Catch::Contains("is a folder"));
