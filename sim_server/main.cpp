@@ -65,7 +65,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                  "Name that joins the two servers; USER/NAME: with USER's")
                       ->transform(CLI::Validator(publication::settle_session, ""));
   auto* rate = app.add_option("--rate", arguments.rate_hz,
-                              "Steps a second, Hz; stands for rate_hz of the scene")
+                              "Steps a second, Hz; overrides rate_hz of the scene")
                    ->check(command_line::number_in(0.01, 1e5));
   auto* duration =
       app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
