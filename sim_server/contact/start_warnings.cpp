@@ -190,10 +190,10 @@ void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shap
     const std::optional<Cover> cover = cover_of(scene.bodies[i]);
     if (!cover || cover->spheres.spacing_m <= cover->spheres.radius_m * (1.0 + 1e-9)) continue;
     const double other_m = smallest.beside_m(shapes[i]);
-    const double reach_m = other_m + cover->spheres.radius_m;
+    const double contact_distance_m = other_m + cover->spheres.radius_m;
     const double half_gap_m =
         cover->spheres.spacing_m * (cover->is_row ? 0.5 : std::numbers::sqrt2 / 2.0);
-    const bool passes = half_gap_m >= reach_m;
+    const bool passes = half_gap_m >= contact_distance_m;
     Lines& line = lines[passes ? 0 : 1];
     if (line.first >= 0) {
       ++line.others;
@@ -203,9 +203,11 @@ void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shap
     line.what = print("spacing_m %.3g is greater than radius_m %.3g: a sphere of radius %.3g m ",
                       cover->spheres.spacing_m, cover->spheres.radius_m, other_m);
     line.what +=
-        passes ? "passes between its spheres"
-               : print("sinks %.2g mm between its spheres",
-                       1e3 * (reach_m - std::sqrt(reach_m * reach_m - half_gap_m * half_gap_m)));
+        passes
+            ? "passes between its spheres"
+            : print("sinks %.2g mm between its spheres",
+                    1e3 * (contact_distance_m - std::sqrt(contact_distance_m * contact_distance_m -
+                                                          half_gap_m * half_gap_m)));
   }
   for (const Lines& line : lines)
     if (line.first >= 0)
