@@ -135,17 +135,17 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
 }
 
 /// The cover of a body by spheres of one radius.
-struct Cover {
+struct PackedSpheres {
   bodies::SpherePacking spheres;
   bool is_row = false;
 };
 
-std::optional<Cover> cover_of(const bodies::BodyDescription& body) {
+std::optional<PackedSpheres> packing_of(const bodies::BodyDescription& body) {
   return std::visit(
-      [](const auto& shape) -> std::optional<Cover> {
+      [](const auto& shape) -> std::optional<PackedSpheres> {
         using Kind = std::decay_t<decltype(shape)>;
         if constexpr (requires { shape.spheres.spacing_m; })
-          return Cover{shape.spheres, std::is_same_v<Kind, bodies::ThreadBody>};
+          return PackedSpheres{shape.spheres, std::is_same_v<Kind, bodies::ThreadBody>};
         else
           return std::nullopt;
       },
@@ -187,12 +187,13 @@ void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shap
   std::array<Lines, 2> lines;
   const SmallestSphere smallest(scene, shapes);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const std::optional<Cover> cover = cover_of(scene.bodies[i]);
-    if (!cover || cover->spheres.spacing_m <= cover->spheres.radius_m * (1.0 + 1e-9)) continue;
+    const std::optional<PackedSpheres> packing = packing_of(scene.bodies[i]);
+    if (!packing || packing->spheres.spacing_m <= packing->spheres.radius_m * (1.0 + 1e-9))
+      continue;
     const double other_m = smallest.beside_m(shapes[i]);
-    const double contact_distance_m = other_m + cover->spheres.radius_m;
+    const double contact_distance_m = other_m + packing->spheres.radius_m;
     const double half_gap_m =
-        cover->spheres.spacing_m * (cover->is_row ? 0.5 : std::numbers::sqrt2 / 2.0);
+        packing->spheres.spacing_m * (packing->is_row ? 0.5 : std::numbers::sqrt2 / 2.0);
     const bool passes = half_gap_m >= contact_distance_m;
     Lines& line = lines[passes ? 0 : 1];
     if (line.first >= 0) {
@@ -201,7 +202,7 @@ void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shap
     }
     line.first = static_cast<int>(i);
     line.what = print("spacing_m %.3g is greater than radius_m %.3g: a sphere of radius %.3g m ",
-                      cover->spheres.spacing_m, cover->spheres.radius_m, other_m);
+                      packing->spheres.spacing_m, packing->spheres.radius_m, other_m);
     line.what +=
         passes
             ? "passes between its spheres"
