@@ -226,7 +226,7 @@ safety::GuardedProgram program_of(Arguments& arguments) {
   for (const device::ReleaseWay way :
        {device::ReleaseWay::kEveryCall, device::ReleaseWay::kStopAlone,
         device::ReleaseWay::kWithoutStop})
-    program.releases.push_back([spec, loop, way] { device::release_device(spec, loop, way); });
+    program.releases.emplace_back([spec, loop, way] { device::release_device(spec, loop, way); });
   return program;
 }
 

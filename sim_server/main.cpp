@@ -333,6 +333,6 @@ int program_main(int argc, char** argv) {
 }  // namespace
 }  // namespace stillgrid::sim_server
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   return stillgrid::sim_server::program_main(argc, argv);
 }

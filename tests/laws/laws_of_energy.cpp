@@ -66,9 +66,9 @@ Finding interface_makes_nothing(const LawCase& law_case) {
   for (const recording::TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
   // What the springs of contact hold is with the simulation a while before or after the hand.
   const double held_J = 0.5 * most_N * most_N / stiffness_least_N_per_m(scene);
-  const Finding finding{.measured = account.most_made_in_a_second_J.value_or(0.0),
-                        .allowed = 2.0 * held_J + 1e-6,
-                        .what = "J made by the interface over a second or longer"};
+  Finding finding{.measured = account.most_made_in_a_second_J.value_or(0.0),
+                  .allowed = 2.0 * held_J + 1e-6,
+                  .what = "J made by the interface over a second or longer"};
   // Nor does it lose more than the hand put in at most: what one side books with the wrong sign
   // does.
   double put_in_J = 0.0;
@@ -124,8 +124,7 @@ Finding limits_are_passive(const LawCase& law_case) {
   const scene::SceneDescription scene = scene_of(law_case);
   const CaseLoop loop = loop_of(law_case, scene);
   const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
-  if (const Finding whole = slew_is_whole(loop, run, scene.device.scale); !whole.holds())
-    return whole;
+  if (Finding whole = slew_is_whole(loop, run, scene.device.scale); !whole.holds()) return whole;
   const std::vector<double> told =
       work_J(run.rows, &recording::TickRow::force_N, scene.device.scale);
   const std::vector<double> free =

@@ -134,6 +134,7 @@ TEST_CASE("Materials and tools that no hand feels or holds are named", "[start_w
 
 TEST_CASE("Ten lines are said at most, and how many more there are", "[start_warnings]") {
   std::vector<bodies::BodyDescription> bodies;
+  bodies.reserve(25);
   for (int i = 0; i < 25; ++i)
     bodies.push_back(
         sim_server::moving(sim_server::sphere({0.1 * i, 0, 0}, 0.02, 0.1), {0, 200, 0}));

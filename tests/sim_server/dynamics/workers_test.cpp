@@ -25,10 +25,12 @@ scene::SceneDescription crowd() {
   bodies.back().motion = bodies::Motion::kStatic;
   bodies.push_back(sim_server::sheet({20, 20}, 0.01, 1e-4, 100.0));
   sim_server::packing(bodies.back()).radius_m = 0.003;
-  for (int i = 0; i < 12 * 12 * 15; ++i)
-    bodies.push_back(sim_server::sphere(0.0101 * Vector3d(i % 12, i / 12 % 12, i / 144 + 1) +
+  for (int i = 0; i < 12 * 12 * 15; ++i) {
+    const int row = i / 12 % 12, layer = i / 144 + 1;
+    bodies.push_back(sim_server::sphere(0.0101 * Vector3d(i % 12, row, layer) +
                                             Vector3d(off_m(random), off_m(random), off_m(random)),
                                         0.005, 0.002));
+  }
   for (int i = 0; i < 40; ++i)
     for (int k = 0; k < 2; ++k)
       bodies.push_back(sim_server::sphere({1.0 + 0.03 * i, 0.0, 0.0098 * k}, 0.005, 0.002));
