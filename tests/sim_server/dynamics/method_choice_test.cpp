@@ -42,7 +42,7 @@ TEST_CASE("Of the methods that keep the error target the cheapest is chosen", "[
   const MethodChoice choice = choose(scene);
 
   CHECK(choice.meets_target);
-  const MethodTrial& chosen = trial_of(choice, scene::describe(choice.method));
+  const MethodTrial chosen = trial_of(choice, scene::describe(choice.method));
   for (const MethodTrial& trial : choice.trials) {
     CAPTURE(scene::describe(trial.method), trial.refusal);
     CHECK((trial.method == choice.method) == trial.refusal.empty());
