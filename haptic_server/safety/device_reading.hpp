@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "haptic_server/safety/motion_limits.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
@@ -48,7 +47,7 @@ struct ReadingBounds {
 /// yes.
 class DeviceReadingCheck {
  public:
-  explicit DeviceReadingCheck(ReadingBounds bounds = {}) : bounds_(std::move(bounds)) {}
+  explicit DeviceReadingCheck(const ReadingBounds& bounds = {}) : bounds_(bounds) {}
 
   /// The reading, or nothing where it is not believed. now_ns: of the tick, the stamps' clock.
   [[nodiscard]] std::optional<DeviceReading> check(const stillgrid_device_state& state,

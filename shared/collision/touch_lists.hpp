@@ -129,7 +129,8 @@ inline TouchEntry TouchView::entry(const List& list, std::uint32_t i) noexcept {
   };
   return {{number(0), number(1), number(2)},
           number(3),
-          double_buffer::load_struct<proto::TouchLabel>(list.words + std::size_t{2} * (list.count + i))};
+          double_buffer::load_struct<proto::TouchLabel>(list.words +
+                                                        std::size_t{2} * (list.count + i))};
 }
 
 template <class Visit>

@@ -148,7 +148,7 @@ struct ModeMotion {
     const Eigen::Vector3d arm_m =
         base_m - vector(body.centre_m) - led_s * vector(body.velocity_m_s);
     const Eigen::Vector3d axis = turn_rad / angle_rad, tangent_m = axis.cross(arm_m);
-    Eigen::Vector3d way_m = (std::sin(angle_rad) - angle_rad) * tangent_m +
+    const Eigen::Vector3d way_m = (std::sin(angle_rad) - angle_rad) * tangent_m +
                                   (1.0 - std::cos(angle_rad)) * axis.cross(tangent_m);
     const double most_m = kMaxCurved * largest_response * displacements.norm();
     const double way = way_m.norm();
