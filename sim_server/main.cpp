@@ -253,8 +253,16 @@ int run(Arguments& arguments) {
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
-  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces})
-    if (!file.empty()) files::require_writable(file);
+  std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
+  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
+    if (file.empty()) continue;
+    taken.push_back(std::filesystem::weakly_canonical(file));
+    if (std::count(taken.begin(), taken.end(), taken.back()) > 1)
+      throw std::runtime_error(file.string() +
+                               ": expected a file of its own: the scene or another "
+                               "output has this name");
+    files::require_writable(file);
+  }
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
   if (!arguments.choice.empty() && !is_read && !arguments.check)
     files::require_writable(arguments.choice);
@@ -271,6 +279,8 @@ int run(Arguments& arguments) {
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   if (arguments.check) {
     require_hand(scene, arguments.scene);
+    for (const std::string& warning : contact::cover_warnings(scene, arguments.scene.string()))
+      spdlog::warn("{}", warning);
     return print_summary(arguments, scene, world);
   }
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);

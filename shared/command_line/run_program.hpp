@@ -29,7 +29,7 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     app.parse(argc, argv);
     return after_output(app, work());
   } catch (const CLI::Success& printed) {
-    return app.exit(printed);
+    return after_output(app, app.exit(printed));
   } catch (const CLI::RuntimeError& said) {
     return said.get_exit_code();  // of an option that is the whole of its work
   } catch (const std::bad_alloc&) {

@@ -9,7 +9,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -134,87 +133,45 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
                                ", behind its normal: the plane will throw it out");
 }
 
-/// The cover of a body by spheres of one radius.
-struct PackedSpheres {
-  bodies::SpherePacking spheres;
-  bool is_row = false;
-};
-
-std::optional<PackedSpheres> packing_of(const bodies::BodyDescription& body) {
+/// Returns the radius of the largest ball that passes between neighbouring spheres of a cover
+/// without contact; negative if none does.
+double hole_radius_m(const bodies::BodyDescription& body) {
   return std::visit(
-      [](const auto& shape) -> std::optional<PackedSpheres> {
-        using Kind = std::decay_t<decltype(shape)>;
-        if constexpr (requires { shape.spheres.spacing_m; })
-          return PackedSpheres{shape.spheres, std::is_same_v<Kind, bodies::ThreadBody>};
-        else
-          return std::nullopt;
+      [](const auto& shape) {
+        if constexpr (requires { shape.spheres.spacing_m; }) {
+          constexpr bool kIsThread =
+              std::is_same_v<std::decay_t<decltype(shape)>, bodies::ThreadBody>;
+          return shape.spheres.spacing_m * (kIsThread ? 0.5 : std::numbers::sqrt2 / 2.0) -
+                 shape.spheres.radius_m;
+        } else {
+          return -1.0;
+        }
       },
       body.shape);
 }
 
-/// Returns the smallest radius among spheres of tools and of other bodies.
-class SmallestSphere {
- public:
-  SmallestSphere(const scene::SceneDescription& scene, const std::vector<Shape>& shapes) {
-    for (const scene::Hand& hand : scene::hands_of(scene))
-      for (const scene::ToolSphere& sphere : hand.tool)
-        tool_m_ = std::min(tool_m_, sphere.radius_m);
-    for (const Shape& shape : shapes)
-      if (shape.smallest_m < bodies_m_[1])
-        bodies_m_ = {std::min(bodies_m_[0], shape.smallest_m),
-                     std::max(bodies_m_[0], shape.smallest_m)};
-  }
-
-  [[nodiscard]] double beside_m(const Shape& shape) const {
-    return std::min(tool_m_, bodies_m_[shape.smallest_m == bodies_m_[0] ? 1 : 0]);
-  }
-
- private:
-  static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double tool_m_ = kNone;
-  std::array<double, 2> bodies_m_ = {kNone, kNone};
-};
-
-/// Warns of covers whose spheres stand farther apart than their radius: one line for those that
-/// another sphere passes through, one for the others.
-void warn_of_covers(const scene::SceneDescription& scene, const std::vector<Shape>& shapes,
-                    Warnings& warnings) {
-  struct Lines {
-    int first = -1;
-    std::size_t others = 0;
-    std::string what;
-  };
-  std::array<Lines, 2> lines;
-  const SmallestSphere smallest(scene, shapes);
+/// Warns of covers that a sphere of a tool or of another body passes through.
+void warn_of_holes(const scene::SceneDescription& scene, const std::vector<Shape>& shapes,
+                   Warnings& warnings) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  double tool_m = kNone;
+  for (const scene::Hand& hand : scene::hands_of(scene))
+    for (const scene::ToolSphere& sphere : hand.tool) tool_m = std::min(tool_m, sphere.radius_m);
+  std::array<double, 2> smallest_m = {kNone, kNone};  // of all bodies, and without that body
+  for (const Shape& shape : shapes)
+    if (shape.smallest_m < smallest_m[1])
+      smallest_m = {std::min(smallest_m[0], shape.smallest_m),
+                    std::max(smallest_m[0], shape.smallest_m)};
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const std::optional<PackedSpheres> packing = packing_of(scene.bodies[i]);
-    if (!packing || packing->spheres.spacing_m <= packing->spheres.radius_m * (1.0 + 1e-9))
-      continue;
-    const double other_m = smallest.beside_m(shapes[i]);
-    const double contact_distance_m = other_m + packing->spheres.radius_m;
-    const double half_gap_m =
-        packing->spheres.spacing_m * (packing->is_row ? 0.5 : std::numbers::sqrt2 / 2.0);
-    const bool passes = half_gap_m >= contact_distance_m;
-    Lines& line = lines[passes ? 0 : 1];
-    if (line.first >= 0) {
-      ++line.others;
-      continue;
-    }
-    line.first = static_cast<int>(i);
-    line.what = print("spacing_m %.3g is greater than radius_m %.3g: a sphere of radius %.3g m ",
-                      packing->spheres.spacing_m, packing->spheres.radius_m, other_m);
-    line.what +=
-        passes
-            ? "passes between its spheres"
-            : print("sinks %.2g mm between its spheres",
-                    1e3 * (contact_distance_m - std::sqrt(contact_distance_m * contact_distance_m -
-                                                          half_gap_m * half_gap_m)));
-  }
-  for (const Lines& line : lines)
-    if (line.first >= 0)
+    const bool is_smallest = shapes[i].smallest_m == smallest_m[0];
+    const double passing_m = std::min(tool_m, smallest_m[is_smallest ? 1 : 0]);
+    if (hole_radius_m(scene.bodies[i]) >= passing_m)
       warnings.add(
-          line.first,
-          line.what + (line.others > 0 ? print("; likewise %zu other bodies", line.others) : ""));
+          static_cast<int>(i),
+          print("has holes: a sphere of radius %.3g m passes between its spheres: expected "
+                "spacing_m at most their radius, %.3g",
+                passing_m, shapes[i].radius_m));
+  }
 }
 
 /// The body that a contact's other side is of.
@@ -305,8 +262,25 @@ std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
   const std::vector<Shape> shapes = shapes_of(world);
   for (std::size_t i = 0; i < shapes.size(); ++i)
     warn_of_shape(scene, world, static_cast<int>(i), shapes[i], warnings);
-  warn_of_covers(scene, shapes, warnings);
+  warn_of_holes(scene, shapes, warnings);
   warn_of_overlaps(world, shapes, warnings);
+  return std::move(warnings).lines();
+}
+
+std::vector<std::string> cover_warnings(const scene::SceneDescription& scene,
+                                        const std::string& file) {
+  Warnings warnings(scene, file);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    std::visit(
+        [&](const auto& shape) {
+          if constexpr (requires { shape.spheres.spacing_m; })
+            if (shape.spheres.spacing_m > shape.spheres.radius_m * (1.0 + 1e-9))
+              warnings.add(static_cast<int>(i),
+                           print("spacing_m %.3g is greater than radius_m %.3g: there may be dips "
+                                 "between its spheres, and holes that a small sphere passes",
+                                 shape.spheres.spacing_m, shape.spheres.radius_m));
+        },
+        scene.bodies[i].shape);
   return std::move(warnings).lines();
 }
 

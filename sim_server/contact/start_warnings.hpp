@@ -19,4 +19,8 @@ namespace stillgrid::contact {
                                                       const bodies::World& world,
                                                       const std::string& file);
 
+/// Returns at most ten lines, one for each cover whose spacing is greater than its radius.
+[[nodiscard]] std::vector<std::string> cover_warnings(const scene::SceneDescription& scene,
+                                                      const std::string& file);
+
 }  // namespace stillgrid::contact

@@ -91,7 +91,8 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     case 12:  // what a step does at once, whatever its budget, takes longer than the deadline is
       return kOfItsMethod;
     case 16:  // what an undamped soft body gains as it crumples, until EnergyWatch ends the run
-      if (is_explicit(law_case) && !value_of(law_case.scene, "spring_stiffness_N_per_m").empty())
+      if (is_explicit(law_case) && !value_of(law_case.scene, "spring_stiffness_N_per_m").empty() &&
+          value_of(law_case.scene, "spring_damping_N_s_per_m").empty())
         return kThroughZero;
       break;
     default:

@@ -23,6 +23,7 @@ struct Trial {
   double stretch_gain_J = 0.0;
   // How each contact began, for what is given goes by the forces at both ends; empty: by the end's.
   std::vector<Eigen::Vector3d> start_stretches_m;
+  bool takes_end_forces = false;  // springs and dampers of joints pull as at the step's end
 };
 
 /// Energy by hand.

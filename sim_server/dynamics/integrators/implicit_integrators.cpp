@@ -59,6 +59,7 @@ void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts, do
   }
   trial_ = system_.trial();
   trial_.start_stretches_m = stretches_m_;
+  trial_.takes_end_forces = true;
   trial_.stretch_gain_J = memories_.ended_energy_J() - memories_.energy_J();
 }
 

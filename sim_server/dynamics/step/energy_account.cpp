@@ -143,26 +143,33 @@ double stored_J(const contact::Contact& contact) {
   return 0.5 * contact.map_scale_before * contact.material.stiffness_N_per_m * depth_m * depth_m;
 }
 
-/// What leads an end of a joint gives by its force in the mean of the step.
+/// What leads an end of a joint gives by its spring along its way, and by its damper along its
+/// velocity. Implicit Euler takes both as they are at the step's end. Of other methods the spring's
+/// force is the mean of the step's ends, and the velocity that of the way.
 EnergyFlow joint_flow(const bodies::Joint& joint, const bodies::World& before, const Trial& after,
                       double duration_s) {
   const auto motion = [](const bodies::JointEnd& end, const auto& world) {
     return bodies::end_motion(end, world.nodes, world.rigid_bodies);
   };
-  const bodies::EndMotion a = motion(joint.a, after), b = motion(joint.b, after);
-  const bodies::EndMotion start_a = motion(joint.a, before), start_b = motion(joint.b, before);
-  const bodies::JointPull pull = bodies::joint_pull(joint, a, b);
-  const Eigen::Vector3d mean_N =
-      0.5 * (pull.spring_N + bodies::joint_pull(joint, start_a, start_b).spring_N) + pull.damper_N;
-  const auto led_m = [&](const bodies::JointEnd& end, const bodies::EndMotion& from,
-                         const bodies::EndMotion& to) -> Eigen::Vector3d {
-    if (end.rigid < 0 || before.rigid_bodies[static_cast<std::size_t>(end.rigid)].free)
-      return Eigen::Vector3d::Zero();
-    return to.centre_m - from.centre_m;
+  const auto is_kinematic = [&](const bodies::JointEnd& end) {
+    return end.rigid >= 0 && !before.rigid_bodies[static_cast<std::size_t>(end.rigid)].free;
   };
+  bodies::EndMotion a = motion(joint.a, after), b = motion(joint.b, after);
+  const bodies::EndMotion start_a = motion(joint.a, before), start_b = motion(joint.b, before);
+  const Eigen::Vector3d way_a_m = a.centre_m - start_a.centre_m;
+  const Eigen::Vector3d way_b_m = b.centre_m - start_b.centre_m;
+  if (!after.takes_end_forces && is_kinematic(joint.a)) a.velocity_m_s = way_a_m / duration_s;
+  if (!after.takes_end_forces && is_kinematic(joint.b)) b.velocity_m_s = way_b_m / duration_s;
+  const bodies::JointPull pull = bodies::joint_pull(joint, a, b);
+  Eigen::Vector3d spring_N = pull.spring_N;
+  if (!after.takes_end_forces)
+    spring_N = 0.5 * (spring_N + bodies::joint_pull(joint, start_a, start_b).spring_N);
   EnergyFlow flow;
   flow.spring_damping_J = -duration_s * pull.damper_N.dot(pull.velocity_m_s);
-  flow.given_J = mean_N.dot(led_m(joint.b, start_b, b) - led_m(joint.a, start_a, a));
+  if (is_kinematic(joint.b))
+    flow.given_J += spring_N.dot(way_b_m) + duration_s * pull.damper_N.dot(b.velocity_m_s);
+  if (is_kinematic(joint.a))
+    flow.given_J -= spring_N.dot(way_a_m) + duration_s * pull.damper_N.dot(a.velocity_m_s);
   return flow;
 }
 
