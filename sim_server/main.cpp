@@ -233,6 +233,23 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
                                          : 2 * failed > report.steps;
 }
 
+/// Throws std::runtime_error unless every output can be written, and no file is written over the
+/// scene or twice. What is no file, such as /dev/null, may be named twice.
+void require_outputs(const Arguments& arguments) {
+  std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
+  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
+    if (file.empty()) continue;
+    const std::filesystem::path path = std::filesystem::weakly_canonical(file);
+    const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
+    if (is_file && std::find(taken.begin(), taken.end(), path) != taken.end())
+      throw std::runtime_error(file.string() +
+                               ": expected a file of its own: the scene or another "
+                               "output has this name");
+    taken.push_back(path);
+    files::require_writable(file);
+  }
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   check(arguments);
@@ -253,16 +270,7 @@ int run(Arguments& arguments) {
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
-  std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
-  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
-    if (file.empty()) continue;
-    taken.push_back(std::filesystem::weakly_canonical(file));
-    if (std::count(taken.begin(), taken.end(), taken.back()) > 1)
-      throw std::runtime_error(file.string() +
-                               ": expected a file of its own: the scene or another "
-                               "output has this name");
-    files::require_writable(file);
-  }
+  require_outputs(arguments);
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
   if (!arguments.choice.empty() && !is_read && !arguments.check)
     files::require_writable(arguments.choice);

@@ -42,7 +42,8 @@ struct TouchEntry {
   proto::TouchLabel label;
 };
 
-/// Where the entries stand, in words from the start of the lists, and how many words they are.
+/// Return the place of the entries from the start of the lists, and the size of the lists, in
+/// words.
 [[nodiscard]] std::size_t touch_entry_word(const proto::TouchShape& shape) noexcept;
 [[nodiscard]] std::size_t touch_words(const proto::TouchShape& shape) noexcept;
 

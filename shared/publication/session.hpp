@@ -22,7 +22,7 @@ struct HandScene {
   StaticScene fixed;
 };
 
-/// What a session is opened with, whoever simulates.
+/// Properties of a session. The simulation gives them as it opens the session.
 struct SessionSpec {
   std::string name;
   std::size_t moving_count = 0;

@@ -9,7 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <type_traits>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -133,21 +133,25 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
                                ", behind its normal: the plane will throw it out");
 }
 
+/// Returns what a cover by spheres of one radius was asked for; none: the body has no such cover.
+std::optional<bodies::SpherePacking> packing_of(const bodies::BodyDescription& body) {
+  return std::visit(
+      [](const auto& shape) -> std::optional<bodies::SpherePacking> {
+        if constexpr (requires { shape.spheres.spacing_m; })
+          return shape.spheres;
+        else
+          return std::nullopt;
+      },
+      body.shape);
+}
+
 /// Returns the radius of the largest ball that passes between neighbouring spheres of a cover
 /// without contact; negative if none does.
 double hole_radius_m(const bodies::BodyDescription& body) {
-  return std::visit(
-      [](const auto& shape) {
-        if constexpr (requires { shape.spheres.spacing_m; }) {
-          constexpr bool kIsThread =
-              std::is_same_v<std::decay_t<decltype(shape)>, bodies::ThreadBody>;
-          return shape.spheres.spacing_m * (kIsThread ? 0.5 : std::numbers::sqrt2 / 2.0) -
-                 shape.spheres.radius_m;
-        } else {
-          return -1.0;
-        }
-      },
-      body.shape);
+  const auto packing = packing_of(body);
+  if (!packing) return -1.0;
+  const bool is_thread = std::holds_alternative<bodies::ThreadBody>(body.shape);
+  return packing->spacing_m * (is_thread ? 0.5 : std::numbers::sqrt2 / 2.0) - packing->radius_m;
 }
 
 /// Warns of covers that a sphere of a tool or of another body passes through.
@@ -270,17 +274,15 @@ std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
 std::vector<std::string> cover_warnings(const scene::SceneDescription& scene,
                                         const std::string& file) {
   Warnings warnings(scene, file);
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-    std::visit(
-        [&](const auto& shape) {
-          if constexpr (requires { shape.spheres.spacing_m; })
-            if (shape.spheres.spacing_m > shape.spheres.radius_m * (1.0 + 1e-9))
-              warnings.add(static_cast<int>(i),
-                           print("spacing_m %.3g is greater than radius_m %.3g: there may be dips "
-                                 "between its spheres, and holes that a small sphere passes",
-                                 shape.spheres.spacing_m, shape.spheres.radius_m));
-        },
-        scene.bodies[i].shape);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const auto packing = packing_of(scene.bodies[i]);
+    if (!packing || packing->spacing_m <= packing->radius_m * (1.0 + 1e-9)) continue;
+    warnings.add(
+        static_cast<int>(i),
+        print("spacing_m %.3g is greater than radius_m %.3g: there may be dips between its "
+              "spheres, and holes that a small sphere passes",
+              packing->spacing_m, packing->radius_m));
+  }
   return std::move(warnings).lines();
 }
 

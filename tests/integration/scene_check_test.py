@@ -91,6 +91,18 @@ class SceneCheckTest(daemons.SessionTest):
         self.assertIn("body 'thread'", checked.stderr)
         self.assertIn(checked.stderr.strip(), run.stderr)
 
+    def test_no_output_is_written_over_the_scene_or_twice(self):
+        scene, end = self.scene(), self.folder / "end"
+        text = scene.read_text()
+        for outputs in (("--report", scene), ("--report", end, "--final-state", end)):
+            run = self.run_program(scene, "--offline", "--duration", "0.1", *outputs)
+            self.assertEqual(run.returncode, BAD_INPUT)
+            self.assertRegex(run.stderr, r"^sim_server: [^\n]*: expected a file of its own: [^\n]*\n$")
+        self.assertEqual(scene.read_text(), text)
+        nowhere = self.run_program(scene, "--offline", "--duration", "0.1", "--report", "/dev/null",
+                                   "--final-state", "/dev/null")
+        self.assertEqual(nowhere.returncode, DONE, nowhere.stderr)
+
     def test_a_full_disk_is_a_line_and_no_success(self):
         with open("/dev/full", "w") as full:
             checked = subprocess.run([str(BUILD / "bin" / "sim_server"), "--scene", str(self.scene()), "--check"],

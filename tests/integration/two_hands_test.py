@@ -144,7 +144,7 @@ class ShippedScenesTest(HandsTest):
 
     SEEDS = range(1, 9)
     SECONDS = 16.3  # of which the hands' deed takes 10
-    SCENES = ("block_pinched", "cloth_held_by_two")
+    SCENES = {"block_pinched": 1e-6, "cloth_held_by_two": 1e-5}  # J that the method may err
 
     def runs(self, scene, seeds=SEEDS, device=""):
         for seed in seeds:
@@ -154,11 +154,11 @@ class ShippedScenesTest(HandsTest):
             yield {name: daemons.read_report(self.report(self.last, name)) for name in ("sim", *HANDS)}
 
     def test_energy_is_accounted_and_no_limit_is_met(self):
-        for scene in self.SCENES:
+        for scene, error_J in self.SCENES.items():
             for reports in self.runs(scene):
                 sim = reports["sim"]
                 energy = sim["energy"]
-                self.assertLess(abs(energy["numerical_J"]), 1e-5, scene)
+                self.assertLess(abs(energy["numerical_J"]), error_J, scene)
                 self.assertAlmostEqual(sum(hand["tool_work_J"] for hand in sim["hands"]),
                                        energy["tool_work_J"], delta=1e-12)
                 self.assertEqual(sim["solver"]["not_converged"], 0, scene)

@@ -143,7 +143,7 @@ int program_main(int argc, char** argv) {
     app.parse(argc, argv);
     return command_line::after_output(app, run(arguments));
   } catch (const CLI::Success& printed) {
-    return app.exit(printed);
+    return command_line::after_output(app, app.exit(printed));
   } catch (const CLI::Error& error) {
     return fail(error.what(), realtime::kBadInput);
   } catch (const std::exception& error) {

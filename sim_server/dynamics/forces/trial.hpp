@@ -10,7 +10,7 @@
 
 namespace stillgrid::dynamics {
 
-/// Where a step led, not yet the world's own.
+/// The result of a step, before the world takes it.
 struct Trial {
   std::vector<bodies::Node> nodes;              // as World::nodes
   std::vector<bodies::RigidBody> rigid_bodies;  // as World::rigid_bodies
@@ -18,7 +18,7 @@ struct Trial {
   bool is_finite = true;                        // else the rest is not valid
   int touching = 0;                             // contacts that touch at its end
   bool struck = false;  // something touched on the way, where that was looked at
-  // Where friction sticks: on a of each contact at its end, and what that stored in the step.
+  // Sticking friction on side a of each contact at the step's end; the energy stored by it.
   std::vector<Eigen::Vector3d> friction_N;
   double stretch_gain_J = 0.0;
   // How each contact began, for what is given goes by the forces at both ends; empty: by the end's.
