@@ -186,14 +186,11 @@ class FieldMaker {
   }
   /// Whether a cell of a fine brick touches one that has no finer coefficients.
   [[nodiscard]] bool is_at_border(const Index& brick, const Index& cell) const {
+    // Along an axis a cell touches at most one other brick.
+    const Index before = (cell == 0).cast<int>(), behind = (cell == kCells - 1).cast<int>();
     bool is = false;
-    for_each(Index::Constant(-1), Index::Constant(2), [&](const Index& step) {
-      const Index other = cell + step;
-      const Index beside =
-          (other >= kCells)
-              .select(Index::Constant(1), (other < 0).select(Index::Constant(-1), Index::Zero()));
-      is = is || ((beside != 0).any() && number_of(brick + beside) == 0);
-    });
+    for_each(brick - before, brick + behind + 1,
+             [&](const Index& beside) { is = is || number_of(beside) == 0; });
     return is;
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <map>
 #include <memory>
 #include <random>
 #include <utility>
@@ -56,13 +57,25 @@ inline Eigen::AlignedBox3d cube(double half_m) {
 
 inline constexpr double kFieldMargin_m = 0.012;
 
+/// Makes the field of each shape once: under sanitizers that takes a second, and a generated case
+/// asks for its field anew each time.
+template <class Make>
+Field made_once(const std::vector<double>& shape, Make&& make) {
+  static std::map<std::vector<double>, Field> made;
+  Field& field = made[shape];
+  if (!field) field = std::make_shared<collision::DistanceField>(make());
+  return field;
+}
+
 /// Of a ball round a place.
 inline Field ball_field(double radius_m, const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero(),
                         double cell_m = 0.001) {
   const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(radius_m);
-  return std::make_shared<collision::DistanceField>(collision::make_field(
-      {centre_m - half_m, centre_m + half_m}, {cell_m, 0.006, kFieldMargin_m},
-      [=](const Eigen::Vector3d& p) { return (p - centre_m).norm() - radius_m; }));
+  return made_once({radius_m, centre_m.x(), centre_m.y(), centre_m.z(), cell_m}, [&] {
+    return collision::make_field(
+        {centre_m - half_m, centre_m + half_m}, {cell_m, 0.006, kFieldMargin_m},
+        [=](const Eigen::Vector3d& p) { return (p - centre_m).norm() - radius_m; });
+  });
 }
 
 /// Distance to a box round the origin; exact, also inside and at edges.
@@ -72,9 +85,13 @@ inline double to_box_m(const Eigen::Vector3d& point_m, const Eigen::Vector3d& ha
 }
 inline Field box_field(const Eigen::Vector3d& half_m, double cell_m = 0.001,
                        const collision::ScalarField& stiffness = {}) {
-  return std::make_shared<collision::DistanceField>(collision::make_field(
-      {-half_m, half_m}, {cell_m, 0.006, kFieldMargin_m},
-      [=](const Eigen::Vector3d& p) { return to_box_m(p, half_m); }, stiffness));
+  const auto make = [&] {
+    return collision::make_field(
+        {-half_m, half_m}, {cell_m, 0.006, kFieldMargin_m},
+        [=](const Eigen::Vector3d& p) { return to_box_m(p, half_m); }, stiffness);
+  };
+  if (stiffness) return std::make_shared<collision::DistanceField>(make());
+  return made_once({half_m.x(), half_m.y(), half_m.z(), cell_m}, make);
 }
 
 /// A scene of one material with that field: at rest there, or the one that moves.

@@ -73,12 +73,12 @@ double leans_after_s(scene::IntegratorKind integrator) {
 }
 
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by implicit Euler",
-          "[known_answers]") {
+          "[known_answers][long]") {
   CHECK(leans_after_s(scene::IntegratorKind::kImplicitEuler) >= 600.0);
 }
 
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by velocity Verlet",
-          "[known_answers]") {
+          "[known_answers][long]") {
   CHECK(leans_after_s(scene::IntegratorKind::kVelocityVerlet) >= 600.0);
 }
 
