@@ -20,7 +20,7 @@ def jobs_of(file):
 
 def stages_of_ci():
     """Of .ci/run: whether a stage is on trial, and its command's words, by name."""
-    text = (daemons.ROOT / ".ci" / "run").read_text().replace("\\\n", " ")
+    text = (daemons.ROOT / ".ci" / "run").read_text().replace("\\\n", " ").replace("\n  ", " ")
     for name, words in re.findall(r"^(\w+)=\(([^()]*)\)$", text, re.MULTILINE):
         text = text.replace(f"${{{name}[*]}}", " ".join(words.split()))
     return {name: (kind == "trial", [word for word in shlex.split(command) if word != "$base"])

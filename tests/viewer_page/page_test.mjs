@@ -25,6 +25,9 @@ const until_above = (id, least) =>
 /// What was changed is drawn: by the next but one frame of the browser.
 const drawn = () => page.evaluate(() =>
   new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+/// Of the light of a living scene, what one without a simulation has at most. The banner before it is bright: without
+/// it the scene has less than half.
+const kDimmed = 0.8;
 /// What the button would do.
 const until_button = (label) =>
   until((wanted) => document.getElementById('play').getAttribute('aria-label') === wanted, label);
@@ -201,7 +204,7 @@ test('a simulation over a relay has its line, and is silent while the relay hear
   await until_text('relay', 'simulation over a relay silent: the other side is not heard, 12,345 received, 12 lost');
   await drawn();
   const dimmed = await look_at(page, '#scene-canvas');
-  assert.ok(dimmed.light < 0.7 * light, `${dimmed.light} silent, ${light} alive`);
+  assert.ok(dimmed.light < kDimmed * light, `${dimmed.light} silent, ${light} alive`);
   session.set_relay_figures('scene', { relay_id: 0n });
   await until_text('sim-badge', 'simulation alive');
   await until_text('relay', '');
@@ -218,7 +221,7 @@ test('a killed simulation is shown as such, and another one as alive', async () 
   assert.ok(flagged > 0, 'a strip of a flag');
   await drawn();
   const dimmed = await look_at(page, '#scene-canvas');
-  assert.ok(dimmed.light < 0.7 * light, `${dimmed.light} dead, ${light} alive`);
+  assert.ok(dimmed.light < kDimmed * light, `${dimmed.light} dead, ${light} alive`);
   assert.equal(await text('hand-badge'), 'hand alive');
   sim = session.shell(await text('banner-command'));  // what the page says that helps
   await until_text('sim-badge', 'simulation alive');
