@@ -186,7 +186,8 @@ def replay(scene: Scene | str | os.PathLike[str], trajectory: str | os.PathLike[
     device = ",".join(filter(None, (f"replay:file={trajectory}", options)))
     run = functools.partial(Session, device=device, lockstep=True, duration_s=duration_s,
                             haptic_arguments=haptic_arguments)
-    if isinstance(scene, Scene) and simulate is not None:
+    if isinstance(scene, Scene):
+        assert simulate is not None  # by the first check
         with run() as session:
             with session.publish(scene) as publisher:
                 simulate(publisher)

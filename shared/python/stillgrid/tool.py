@@ -42,5 +42,6 @@ def take_tool(call: Callable[[Any], int]) -> Tool | None:
     figures = _library.Tool()
     if call(ctypes.byref(figures)) == Code.NOTHING:
         return None
-    return Tool(*(numpy.array(value) if isinstance(value, ctypes.Array) else value
-                  for value in (getattr(figures, name) for name in _FIELDS)))
+    values: list[Any] = [getattr(figures, name) for name in _FIELDS]
+    values = [numpy.array(value) if isinstance(value, ctypes.Array) else value for value in values]
+    return Tool(*values)
