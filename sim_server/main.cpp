@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -250,6 +252,38 @@ void require_outputs(const Arguments& arguments) {
   }
 }
 
+/// Where the system refuses oneTBB a thread: another program may have taken it since `Workers` saw
+/// that it was to be had. What is left of oneTBB cannot be ended otherwise.
+[[noreturn]] void end_without_threads(const std::runtime_error& refusal) {
+  std::fprintf(stderr, "sim_server: --threads: expected fewer: %s (ulimit -u, -v)\n",
+               refusal.what());
+  std::_Exit(realtime::kCouldNotStart);
+}
+
+const std::terminate_handler kEndOfABug = std::get_terminate();
+
+/// oneTBB throws that from within its own threads too, where nobody can catch it.
+[[noreturn]] void end_in_a_line() {
+  try {
+    if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::runtime_error& error) {
+    if (std::string_view(error.what()).starts_with("pthread_create has failed"))
+      end_without_threads(error);
+  } catch (...) {  // a bug, as without an exception
+  }
+  kEndOfABug();
+  std::abort();
+}
+
+dynamics::Workers make_workers(int threads) {
+  std::set_terminate(end_in_a_line);
+  try {
+    return dynamics::Workers(threads);
+  } catch (const std::runtime_error& refusal) {
+    end_without_threads(refusal);
+  }
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   check(arguments);
@@ -293,7 +327,7 @@ int run(Arguments& arguments) {
   }
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
   const int threads = threads_of(arguments.server, scene.method, world);
-  const dynamics::Workers workers(threads);
+  const dynamics::Workers workers = make_workers(threads);
   if (workers.threads() < threads)
     spdlog::warn("{} threads in place of {}: no more can be made (ulimit -u, -v)",
                  workers.threads(), threads);

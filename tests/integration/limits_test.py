@@ -45,6 +45,7 @@ mass_kg = 0.001
 position_m = [{0.00995 * x}, {0.00995 * y}, {0.00995 * z}]
 """ for x in range(14) for y in range(14) for z in range(14))
 TRIES = 8
+REFUSE_THREADS = BUILD / "tests" / "integration" / "rights" / "refuse_threads.so"
 
 
 def sheet(side, simulation):
@@ -130,6 +131,17 @@ class LimitsTest(daemons.SessionTest):
         self.assertEqual(daemon.wait(60.0), daemons.DONE, daemon.lines())
         self.assertIn("threads in place of 200: no more can be made", "".join(daemon.lines()))
         self.assertEqual(len(state.read_text().splitlines()), 1 + 14**3)
+
+    @unittest.skipUnless(REFUSE_THREADS.exists(), "skipped: a build with sanitizers takes no library before theirs")
+    def test_threads_that_another_program_takes_meanwhile_are_one_line(self):
+        scene, sought = self.write("heap.toml", HEAP), 3
+        for made in range(sought):
+            daemon = self.start("env", f"LD_PRELOAD={REFUSE_THREADS}", f"STILLGRID_TEST_THREADS={sought + made}",
+                                BUILD / "bin" / "sim_server", "--scene", scene, "--offline", "--duration", 0.02,
+                                "--threads", sought + 1)
+            self.assertEqual(daemon.wait(), COULD_NOT_START, daemon.lines())
+            self.assertIn("sim_server: --threads: expected fewer: pthread_create has failed", daemon.lines()[-1])
+            self.assertLessEqual(len(daemon.lines()), 2)  # one that they are more than there are processors
 
     def test_no_memory_left_is_one_line(self):
         scene = self.write("some.toml", "format = 2\nmaterial = [" + 200_000 * (

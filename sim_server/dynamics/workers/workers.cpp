@@ -20,18 +20,27 @@ namespace {
 
 /// oneTBB ends the process where the system refuses a thread: it is asked for no more than there
 /// are, and for half of them where some were refused, for its own take memory too. At most `most`.
+///
+/// One after another: a heap takes as much of what may be had as several stacks, and is not made
+/// for a thread that comes when stacks have taken all. What the threads of oneTBB, which begin at
+/// their leisure, would take in heaps is then counted too.
 int threads_to_be_had(int most) {
   std::atomic<bool> all_here = false;
   std::vector<std::thread> others;
   others.reserve(static_cast<std::size_t>(most));
   std::atomic<int> had = 1;
+  std::atomic<int> begun = 0;
   try {
-    while (static_cast<int>(others.size()) + 1 < most)
+    while (static_cast<int>(others.size()) + 1 < most) {
       others.emplace_back([&] {
         const std::unique_ptr<char[]> own(new (std::nothrow) char[1024]);  // with its heap
         if (own) ++had;
+        ++begun;
+        begun.notify_one();
         all_here.wait(false);
       });
+      begun.wait(static_cast<int>(others.size()) - 1);
+    }
   } catch (const std::system_error&) {  // as many as there are
   }
   all_here = true;
