@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """What is recorded survives: a kill at any moment, a disk that is full, Ctrl-C."""
+import os
 import random
 import signal
 import subprocess
@@ -176,7 +177,9 @@ class RecordingTest(daemons.SessionTest):
         report, recording = self.write("haptic.json", "the one before"), self.folder / "recording.csv"
         hand = self.haptic_server(PRESS, "--report", report, "--record", recording)
         self.wait_until(lambda: recording.exists() and recording.stat().st_size > 2000, 5.0, "rows")
-        subprocess.run(["prlimit", "--pid", str(hand.pid), "--fsize=500"], check=True)
+        # What it says goes to a file too: it has room for that, not for the report.
+        room_bytes = len("\n".join(hand.all_lines())) + 500
+        subprocess.run(["prlimit", "--pid", str(hand.pid), f"--fsize={room_bytes}"], check=True)
         hand.signal(signal.SIGINT)
         self.assertEqual(hand.wait(), INCOMPLETE, hand.lines())
         self.assertIn("haptic.json: could not be written", hand.lines()[-1])
@@ -190,12 +193,14 @@ class RecordingTest(daemons.SessionTest):
         disk = self.folder / "disk"
         disk.mkdir()
         # A mount of its own; a quarter of the rows fits beside the file that goes away later.
-        script = ('mount -t tmpfs -o size=256k none "$1" || exit 77; head -c 200000 /dev/zero >"$1/other"; '
+        script = ('head -c 200000 /dev/zero >"$1/other"; '
                   '(sleep 0.7; rm "$1/other") & "$2" --session "$3" --device "$4" --duration 1 --record '
                   '"$1/r.csv" --report "$6"; status=$?; cp "$1/r.csv" "$5"; exit $status')
-        run = self.start("unshare", "--mount", "--map-root-user", "sh", "-c", script, "sh", disk,
-                         daemons.BUILD / "bin" / "haptic_server", self.session, PRESS, recording,
-                         report)
+        # Root there may mount; the server runs as who it is here, for its user's sessions.
+        run = self.start("unshare", "--mount", "--map-root-user", "sh", "-c",
+                         'mount -t tmpfs -o size=256k none "$7" || exit 77; exec unshare "$@"', "sh",
+                         f"--map-user={os.geteuid()}", f"--map-group={os.getegid()}", "sh", "-c", script, "sh", disk,
+                         daemons.BUILD / "bin" / "haptic_server", self.session, PRESS, recording, report)
         status = run.wait()
         if status in (SKIPPED, 1) and not recording.exists():
             self.skipTest("skipped: this user may not mount")
