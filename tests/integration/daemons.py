@@ -103,10 +103,13 @@ class Daemon:
             self.process.kill()
         self.process.wait()
 
+    def all_lines(self):
+        """What it has written on standard error."""
+        return self._stderr_file.read_text().splitlines()
+
     def lines(self):
-        """What it has written on standard error, but for rights that the machine does not grant."""
-        return [line for line in self._stderr_file.read_text().splitlines()
-                if ": running without " not in line]
+        """The same, but for rights that the machine does not grant."""
+        return [line for line in self.all_lines() if ": running without " not in line]
 
 
 class SessionTest(unittest.TestCase):

@@ -45,7 +45,7 @@ class RealtimeGuardTest(daemons.SessionTest):
         return daemons.read_report(self.report)
 
     def assert_without_faults(self, hand):
-        if not any("locked memory" in line for line in hand.lines()):
+        if not any("locked memory" in line for line in hand.all_lines()):
             self.assertEqual(daemons.read_report(self.report)["page_faults"], 0)
 
     def test_shipped_devices_call_nothing_that_may_block_even_over_a_restart(self):

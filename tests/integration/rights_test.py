@@ -46,7 +46,7 @@ class RightsTest(daemons.SessionTest):
         hand = self.start(*prefix, daemons.BUILD / "bin" / "haptic_server", "--session", self.session,
                           "--device", device, "--duration", duration_s, "--report", report)
         self.assertEqual(hand.wait(), status, hand.lines())
-        lines = hand._stderr_file.read_text().splitlines()
+        lines = hand.all_lines()
         return daemons.read_report(report)["scheduling"], [line for line in lines if "running without" in line], lines
 
     def assert_other(self, scheduling, warnings, *words):
