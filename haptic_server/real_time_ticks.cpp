@@ -30,21 +30,28 @@ bool must_recover(const Run& run) {
   return !run.watchdog.is_stopping() && run.watchdog.stops() != run.report.device_stops;
 }
 
-/// The loop's own thread, a period after the other.
-void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
+/// Returns whether the device was stopped and is to go on, which may block, or this is the end.
+bool tick_until_stopped(Run& run, RealTimeTicks& ticks, realtime::PeriodicTimer& timer) {
   const long faults_before = realtime::page_faults();
+  bool is_stopped = false;
   {
     realtime::RealtimeSection section;
-    realtime::PeriodicTimer timer(run.period_ns);
     bool goes_on = true;
     while (goes_on) {
       section.begin_tick(run.report.ticks + 1);
       const realtime::PeriodicTimer::Wake wake = timer.wait();
-      if (must_recover(run)) ticks.recover();
-      goes_on = ticks.tick(wake);
+      is_stopped = must_recover(run);
+      goes_on = !is_stopped && ticks.tick(wake);
     }
   }
   run.report.page_faults += realtime::page_faults() - faults_before;
+  return is_stopped;
+}
+
+/// The loop's own thread, a period after the other.
+void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
+  realtime::PeriodicTimer timer(run.period_ns);
+  while (tick_until_stopped(run, ticks, timer)) ticks.recover();
 }
 
 /// Says that a device ticks at another rate than it was told to, once while it does.

@@ -111,6 +111,11 @@ class Daemon:
         """The same, but for rights that the machine does not grant."""
         return [line for line in self.all_lines() if ": running without " not in line]
 
+    def has(self, right):
+        """Whether the machine grants it a right that it wants: "locked memory", without which page faults are no fault
+        of its own, or "real-time priority", without which late ticks are none."""
+        return not any(": running without " in line and right in line for line in self.all_lines())
+
 
 class SessionTest(unittest.TestCase):
     """A test with a session and a folder of its own."""
