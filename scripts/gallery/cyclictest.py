@@ -3,12 +3,20 @@ import shutil
 import subprocess
 
 
+def call(*options):
+    return bool(shutil.which("cyclictest")) and subprocess.run(
+        ["cyclictest", "--quiet", "--mlockall", "--threads=1", "--priority=80", "--interval=1000", *options],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+
+
+def may_run():
+    """Whether it is there and this user has real-time priority."""
+    return call("--loops=1")
+
+
 def run(seconds, report):
     """Writes cyclictest's JSON to report. False where it is absent or may not be real-time."""
-    return bool(shutil.which("cyclictest")) and subprocess.run(
-        ["cyclictest", "--quiet", "--mlockall", "--threads=1", "--priority=80", "--interval=1000",
-         f"--duration={seconds:.0f}", "--histogram=100000", f"--json={report}"],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+    return call(f"--duration={seconds:.0f}", "--histogram=100000", f"--json={report}")
 
 
 def wake_ups(report):

@@ -4,7 +4,8 @@ and let go on, again and again, while the other's device goes on.
 
 Laws of the other hand, beside an undisturbed run as long with nobody beside it: one process, exit status 0,
 no line on standard error; no stop of its device, no safety flag but those that a start and a simulation that is late
-give (ramped, faded), no page fault. In runs of a minute and more its missed ticks are compared with those
+give (ramped, faded), no page fault. Where its user has no real-time priority, it may stall, and no locked memory, fault
+pages. In runs of a minute and more its missed ticks are compared with those
 undisturbed, and cyclictest's, for a tenth of the time right after, stand beside.
 
 Whether the simulation is late for it is told by one run, for a machine's load changes from run to run: every
@@ -39,6 +40,7 @@ MOST_MORE_MISSED = MOST_MORE_LATE = 0.002  # of all ticks
 SLICE_S = 5.0
 PROGRESS_S = 10.0
 PERIOD_US = 1000
+WANT_OF_TICKS = "no tick for 100 ms or more"
 
 
 def device_of(name):
@@ -63,8 +65,11 @@ class HandsSoak(daemons.SessionTest):
         for daemon in (other, sim):
             self.assertTrue(daemon.runs(), daemon.lines())
             self.assertEqual(daemon.stop(), DONE, daemon.lines())
+        if not other.has("real-time priority") and any(WANT_OF_TICKS in line for line in other.lines()):
+            self.skipTest("skipped: without real-time priority the machine kept a loop waiting for 100 ms")
         self.assertEqual(other.lines(), [])  # a busy simulation may end steps early, and say so
-        return {**daemons.read_report(report), "seconds": seconds, "late_s": late_ticks_s(recording)}
+        return {**daemons.read_report(report), "seconds": seconds, "late_s": late_ticks_s(recording),
+                "rights": {right for right in ("locked memory", "real-time priority") if other.has(right)}}
 
     def kill_hands(self):
         instants = random.Random(self.seed)
@@ -116,8 +121,11 @@ class HandsSoak(daemons.SessionTest):
             pathlib.Path(self.report_file).write_text(json.dumps(figures, indent=2) + "\n")
         for run in (disturbed, alone):
             flags = {flag for flag, count in run["safety"].items() if count}
-            self.assertLessEqual(flags, MAY_BE_FLAGGED)
-            self.assertEqual((run["device_stops"], run["page_faults"], run["lost_rows"]), (0, 0, 0))
+            self.assertLessEqual(flags, MAY_BE_FLAGGED if "real-time priority" in run["rights"] else
+                                 MAY_BE_FLAGGED | {"stalled"})
+            self.assertEqual((run["device_stops"], run["lost_rows"]), (0, 0))
+            if "locked memory" in run["rights"]:
+                self.assertEqual(run["page_faults"], 0)
         if disturbed["seconds"] >= COMPARED_FROM_S:
             self.assertLessEqual(figures["disturbed"]["missed_share"],
                                  figures["undisturbed"]["missed_share"] + MOST_MORE_MISSED)
@@ -186,7 +194,8 @@ def main():
     HandsSoak.kills, HandsSoak.seconds, HandsSoak.seed = arguments.kills, arguments.seconds, arguments.seed
     HandsSoak.report_file, HandsSoak.stress = arguments.report, arguments.stress
     suite = unittest.defaultTestLoader.loadTestsFromTestCase(HandsSoak)
-    sys.exit(0 if unittest.TextTestRunner().run(suite).wasSuccessful() else 1)
+    result = unittest.TextTestRunner().run(suite)
+    sys.exit(1 if not result.wasSuccessful() else daemons.SKIPPED if result.skipped else 0)
 
 
 if __name__ == "__main__":

@@ -247,6 +247,10 @@ def main():
     for program in ("stress-ng", "cyclictest"):
         if not shutil.which(program):
             sys.exit(f"stress_soak: no {program}: run scripts/setup")
+    if not cyclictest.may_run():
+        print("stress_soak: skipped: no baseline, for this user has no real-time priority: docs/realtime.md#rights",
+              file=sys.stderr)
+        sys.exit(daemons.SKIPPED)
     figures = run_slices(arguments.seconds, arguments.slice_s)
     broken = broken_laws(figures)
     print(describe(figures))
