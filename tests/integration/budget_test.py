@@ -48,7 +48,13 @@ class BudgetTest(daemons.SessionTest):
         offline = self.start(daemons.BUILD / "bin" / "sim_server", "--scene", scene, "--offline",
                              "--duration", 0.4, "--report", unbound)
         self.assertEqual(offline.wait(60.0), NOT_CONVERGED, offline.lines())
-        sim_server = self.sim_server(scene, "--duration", 3, "--report", bound)
+        sim_server, waited_s = self.sim_server(scene, "--duration", 3, "--report", bound), 0.0
+
+        def has_ended():
+            nonlocal waited_s
+            waited_s = max(waited_s, daemons.waited_s(sim_server.pid))
+            return not sim_server.runs()
+        self.wait_until(has_ended, 30.0, "its end")
         self.assertIn(sim_server.wait(30.0), (DONE, NOT_CONVERGED), sim_server.lines())
 
         # Without a clock most steps take longer than their period.
@@ -56,7 +62,8 @@ class BudgetTest(daemons.SessionTest):
         report = daemons.read_report(bound)
         self.assertGreater(report["solver"]["out_of_budget"], 0.3 * report["steps"])
         self.assertEqual(report["snapshots"], report["steps"] + 1)
-        self.assertLess(report["late_steps"], 0.3 * report["steps"], report)
+        # But for those whose time went to other programs.
+        self.assertLess(report["late_steps"], 0.3 * report["steps"] + RATE_HZ * waited_s, report)
         self.assertIn("out of time or iterations", "".join(sim_server.lines()))
 
 

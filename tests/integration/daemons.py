@@ -213,6 +213,18 @@ def copy_for_others(test, *programs):
     return folder
 
 
+def waited_s(pid):
+    """How long the threads of a process, all together, have been kept from a processor by others. 0 where it has ended
+    or the kernel does not say."""
+    waited_ns = 0
+    for file in pathlib.Path(f"/proc/{pid}/task").glob("*/schedstat"):
+        try:
+            waited_ns += int(file.read_text().split()[1])
+        except OSError:  # the thread has ended
+            pass
+    return 1e-9 * waited_ns
+
+
 def heeds(pid, number):
     """Whether a process has a handler for the signal."""
     status = pathlib.Path(f"/proc/{pid}/status").read_text()
