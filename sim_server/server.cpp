@@ -18,7 +18,7 @@
 namespace stillgrid::sim_server {
 namespace {
 
-/// Of the time to the next deadline that a step may take until it must end: the rest is for its
+/// Of the period, the processor time that a step may take until it must end: the rest is for its
 /// last iteration, and to publish.
 constexpr double kStepShare = 0.8;
 
@@ -26,14 +26,11 @@ double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
 
-/// What a step that begins now may cost, if the next is due at deadline_ns.
-dynamics::Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
-  const std::uint64_t now_ns = realtime::monotonic_ns();
-  const double left_ns = deadline_ns > now_ns ? static_cast<double>(deadline_ns - now_ns) : 0.0;
-  return {.iterations = kMaxIterations,
-          .deadline = std::chrono::steady_clock::now() +
-                      std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns)),
-          .stop = &stop};
+/// What a step that begins now may cost.
+dynamics::Budget budget_of(double period_s, const std::atomic<bool>& stop) {
+  dynamics::Budget budget{.iterations = kMaxIterations, .stop = &stop};
+  budget.end_within(dynamics::to_duration(kStepShare * period_s));
+  return budget;
 }
 
 publication::SessionSpec session_spec(const scene::SceneDescription& scene,
@@ -112,8 +109,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const realtime::PeriodicTimer::Wake wake = timer.wait(&stop);
     if (stop) break;
     report.late_steps += wake.skipped;
-    const dynamics::Budget budget =
-        budget_until(wake.deadline_ns + realtime::to_ns(scene.period_s), stop);
+    const dynamics::Budget budget = budget_of(scene.period_s, stop);
     const dynamics::StepReport step = simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """A scene too heavy for its rate: steps are cut short, snapshots come all the same. Gates on counts: a
 shared machine stalls now and then."""
+import os
 import unittest
 
 import daemons
@@ -65,6 +66,18 @@ class BudgetTest(daemons.SessionTest):
         # But for those whose time went to other programs.
         self.assertLess(report["late_steps"], 0.3 * report["steps"] + RATE_HZ * waited_s, report)
         self.assertIn("out of time or iterations", "".join(sim_server.lines()))
+
+    def test_what_other_programs_take_of_the_processor_cuts_no_step_short(self):
+        report = self.folder / "sim.json"
+        for _ in range(2 * os.cpu_count()):
+            self.start("sh", "-c", "while :; do :; done")
+        hand = f"phantom:path={daemons.SCENES / 'laparoscopy.hand.csv'}"
+        sim_server = self.sim_server("laparoscopy", "--duration", 3, "--report", report)
+        self.haptic_server(hand, "--duration", 3)
+        self.assertEqual(sim_server.wait(30.0), DONE, sim_server.lines())
+        figures = daemons.read_report(report)
+        self.assertGreater(figures["steps"], 300)
+        self.assertLess(figures["solver"]["out_of_budget"], 0.02 * figures["steps"], figures)
 
 
 if __name__ == "__main__":

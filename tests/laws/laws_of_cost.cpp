@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -19,7 +18,6 @@
 namespace stillgrid::laws {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 
 /// What a process of its own came to that loaded a scene and took a step.
 struct Usage {
@@ -93,9 +91,8 @@ Finding keeps_its_deadline(const LawCase& law_case) {
   constexpr int kTries = 6;  // the first has what is built once
   for (int i = 0; i < kTries; ++i) {
     const double began_s = realtime::thread_processor_s();
-    const auto start = Clock::now();
-    const dynamics::Budget budget{.deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                                          std::chrono::duration<double>(step_s))};
+    dynamics::Budget budget;
+    budget.end_within(dynamics::to_duration(step_s));
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
     (void)simulation.predict_next(step_s, budget);

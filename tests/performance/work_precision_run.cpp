@@ -117,15 +117,13 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
     for (bodies::RigidBody& body : simulation.world().rigid_bodies)
       if (body.free) body.position_m += shift_m.col(column++);
   }
-  // So that a single step cannot last for ever; wall time, on a machine that may be busy.
-  const auto deadline = std::chrono::steady_clock::now() +
-                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                            std::chrono::duration<double>(10.0 * limit_s));
+  dynamics::Budget budget;
+  budget.end_within(dynamics::to_duration(2.0 * limit_s));  // so that a single step cannot last for ever
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {
         const dynamics::StepReport report =
-            simulation.step(point.period_s, [] { return std::nullopt; }, {.deadline = deadline});
+            simulation.step(point.period_s, [] { return std::nullopt; }, budget);
         run.iterations += report.solve.iterations;
         run.substeps += report.substeps;
         run.missed += report.solve.converged ? 0 : 1;

@@ -68,7 +68,7 @@ struct SundialsIntegrator::Run {
   bool passed = false;  // steps may have gone beyond now_s
   Eigen::VectorXd displacement, velocity, force;
   N_Vector weights = nullptr;  // of errors, SUNDIALS'
-  Budget clock;                // deadline and stop alone
+  Budget clock;                // without its iterations
   std::exception_ptr thrown;
 };
 
@@ -298,8 +298,8 @@ SolveReport SundialsIntegrator::advance(const bodies::World& world,
   run_is_world_ = false;
   Run& run = *run_;
   run.take(contacts, duration_s);
-  run.clock.deadline = budget.deadline;
-  run.clock.stop = budget.stop;
+  run.clock = budget;
+  run.clock.iterations = std::numeric_limits<int>::max();
   const long before = run.stepper->steps_taken();
   report.converged = !budget.spent() && run.integrate(contacts.empty(), budget.iterations);
   report.iterations = static_cast<int>(run.stepper->steps_taken() - before);

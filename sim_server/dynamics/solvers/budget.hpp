@@ -1,24 +1,50 @@
 #pragma once
 
+#include <pthread.h>
+
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <ctime>
 #include <limits>
 
 namespace stillgrid::dynamics {
 
-/// What a step may still cost. Lockstep sets no deadline: only counts decide there.
+[[nodiscard]] inline std::chrono::nanoseconds to_duration(double time_s) {
+  return std::chrono::nanoseconds(std::llround(1e9 * time_s));
+}
+
+/// The clock of the calling thread's processor time, which every thread of the process may ask.
+[[nodiscard]] inline clockid_t clock_of_this_thread() {
+  clockid_t clock = CLOCK_THREAD_CPUTIME_ID;
+  pthread_getcpuclockid(pthread_self(), &clock);
+  return clock;
+}
+
+/// Limits the iterations and the time of a step. The time is the processor time of the thread that
+/// makes the budget. Other programs make a step late; they never cut it short. A lockstep budget
+/// has no deadline, so that only counts decide.
 struct Budget {
-  int iterations = std::numeric_limits<int>::max();  // of nonlinear solvers, all substeps together
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  using Nanoseconds = std::chrono::nanoseconds;
 
-  const std::atomic<bool>* stop = nullptr;  // set: nobody waits for the step any more
+  int iterations = std::numeric_limits<int>::max();  // nonlinear solvers share them over a step
+  const std::atomic<bool>* stop = nullptr;           // true: the step ends at once
+  Nanoseconds deadline = Nanoseconds::max();         // a time of the clock
+  clockid_t clock = clock_of_this_thread();
 
+  [[nodiscard]] Nanoseconds now() const {
+    timespec now{};
+    clock_gettime(clock, &now);
+    return std::chrono::seconds(now.tv_sec) + Nanoseconds(now.tv_nsec);
+  }
+  [[nodiscard]] bool has_deadline() const { return deadline != Nanoseconds::max(); }
+  /// Ends so much later than now, if not earlier.
+  void end_within(Nanoseconds time) { deadline = std::min(deadline, now() + time); }
   [[nodiscard]] bool is_stopped() const { return stop != nullptr && *stop; }
   /// Never asks the clock without a deadline.
   [[nodiscard]] bool is_late() const {
-    if (is_stopped()) return true;
-    return deadline != std::chrono::steady_clock::time_point::max() &&
-           std::chrono::steady_clock::now() >= deadline;
+    return is_stopped() || (has_deadline() && now() >= deadline);
   }
   [[nodiscard]] bool spent() const { return iterations <= 0 || is_late(); }
 };

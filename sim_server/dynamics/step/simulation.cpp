@@ -30,10 +30,11 @@ constexpr double kLeastShare = 1e-6;              // of a step, so that every pa
 constexpr int kStillSteps = proto::kHistoryLength;
 
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
-Clock::time_point grace(const Budget& budget, double step_s) {
-  if (budget.deadline == Clock::time_point::max()) return budget.deadline;
-  return std::max(budget.deadline, Clock::now()) +
-         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.1 * step_s));
+Budget last_iteration(Budget budget, double step_s) {
+  budget.iterations = 1;
+  if (budget.has_deadline())
+    budget.deadline = std::max(budget.deadline, budget.now()) + to_duration(0.1 * step_s);
+  return budget;
 }
 
 /// Into how many parts a step is divided, contacts being found at the start of each.
@@ -248,12 +249,11 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
     if (share < 1.0) return {.share = share};
   }
   // What must end has one iteration, however late it is.
-  Budget own{.iterations = part.must_advance ? kLastIterations : kIterations,
-             .deadline = budget.deadline};
-  if (traits_.most_iterations > 0) own.iterations = traits_.most_iterations;
-  own.iterations = std::min(own.iterations, budget.iterations);
-  if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step.length_s)};
-  own.stop = budget.stop;
+  Budget own = budget;
+  int most = part.must_advance ? kLastIterations : kIterations;
+  if (traits_.most_iterations > 0) most = traits_.most_iterations;
+  own.iterations = std::min(most, budget.iterations);
+  if (part.must_end) own = last_iteration(budget, step.length_s);
   const auto prepared = Clock::now();
   SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
   const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
@@ -324,14 +324,12 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   const std::vector<ToolMotion> before = tools_;
   redirect(samples, part.start);
   find_tool_contacts(part);
-  Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
-             .deadline = step.budget.deadline,
-             .stop = step.budget.stop};
+  Budget own = step.budget;
+  own.iterations = std::min(kIterations, own.iterations - solve.iterations);
   // What takes longer than its sample is newer makes the snapshot older.
-  const std::chrono::nanoseconds newer(
-      static_cast<std::int64_t>(std::min(newer_ns, std::uint64_t{1'000'000'000})));
-  if (own.deadline != Clock::time_point::max())
-    own.deadline = std::min(own.deadline, Clock::now() + newer);
+  if (own.has_deadline())
+    own.end_within(std::chrono::nanoseconds(
+        static_cast<std::int64_t>(std::min(newer_ns, std::uint64_t{1'000'000'000}))));
   const double duration_s = step.length_s * (part.end - part.start);
   const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
   solve.iterations += again.iterations;

@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -266,7 +265,7 @@ TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[su
   CHECK(end.velocity_m_s.z() > -9.81 * 0.1);  // less than the whole fall
   CHECK(end.position_m.z() < 0.0);
 
-  Budget late{.deadline = std::chrono::steady_clock::now()};
+  Budget late{.deadline = {}};
   CHECK_FALSE(integrator->advance(world, {}, 0.1, late).converged);
   CHECK(integrator->trial().nodes.back().position_m == world.nodes.back().position_m);
 }
