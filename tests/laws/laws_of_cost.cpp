@@ -18,7 +18,6 @@
 namespace stillgrid::laws {
 namespace {
 
-
 /// What a process of its own came to that loaded a scene and took a step.
 struct Usage {
   bool ended = false;

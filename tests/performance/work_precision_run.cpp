@@ -118,12 +118,13 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
       if (body.free) body.position_m += shift_m.col(column++);
   }
   dynamics::Budget budget;
-  budget.end_within(dynamics::to_duration(2.0 * limit_s));  // so that a single step cannot last for ever
+  budget.end_within(
+      dynamics::to_duration(2.0 * limit_s));  // so that a single step cannot last for ever
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {
-        const dynamics::StepReport report =
-            simulation.step(point.period_s, [] { return std::nullopt; }, budget);
+        const dynamics::StepReport report = simulation.step(
+            point.period_s, [] { return std::nullopt; }, budget);
         run.iterations += report.solve.iterations;
         run.substeps += report.substeps;
         run.missed += report.solve.converged ? 0 : 1;
