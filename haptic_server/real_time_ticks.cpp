@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -30,28 +31,35 @@ bool must_recover(const Run& run) {
   return !run.watchdog.is_stopping() && run.watchdog.stops() != run.report.device_stops;
 }
 
-/// Returns whether the device was stopped and is to go on, which may block, or this is the end.
-bool tick_until_stopped(Run& run, RealTimeTicks& ticks, realtime::PeriodicTimer& timer) {
+using Wake = realtime::PeriodicTimer::Wake;
+
+/// Begins with a tick for a wake that has had none. Returns such a wake where the device was
+/// stopped and is to go on, which may block; nothing at the end.
+std::optional<Wake> tick_until_stopped(Run& run, RealTimeTicks& ticks,
+                                       realtime::PeriodicTimer& timer, std::optional<Wake> wake) {
   const long faults_before = realtime::page_faults();
-  bool is_stopped = false;
   {
     realtime::RealtimeSection section;
-    bool goes_on = true;
+    section.begin_tick(run.report.ticks + 1);
+    bool goes_on = !wake || ticks.tick(*wake);
+    wake.reset();
     while (goes_on) {
       section.begin_tick(run.report.ticks + 1);
-      const realtime::PeriodicTimer::Wake wake = timer.wait();
-      is_stopped = must_recover(run);
-      goes_on = !is_stopped && ticks.tick(wake);
+      wake = timer.wait();
+      if (must_recover(run)) break;
+      goes_on = ticks.tick(*wake);
+      wake.reset();
     }
   }
   run.report.page_faults += realtime::page_faults() - faults_before;
-  return is_stopped;
+  return wake;
 }
 
 /// The loop's own thread, a period after the other.
 void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
   realtime::PeriodicTimer timer(run.period_ns);
-  while (tick_until_stopped(run, ticks, timer)) ticks.recover();
+  std::optional<Wake> wake;
+  while ((wake = tick_until_stopped(run, ticks, timer, wake))) ticks.recover();
 }
 
 /// Says that a device ticks at another rate than it was told to, once while it does.

@@ -227,7 +227,7 @@ int threads_of(const ServerOptions& options, const scene::Method& method,
   return std::clamp(processors - 1, 1, kMaxThreads);
 }
 
-/// Returns whether the results of a run are worth nothing. In real time a busy machine cuts steps
+/// Returns whether the results of a run are worth nothing. In real time a slow machine cuts steps
 /// short: there every step must have failed, elsewhere more than half.
 bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
   const std::uint64_t failed = report.not_converged;
@@ -361,8 +361,9 @@ int run(Arguments& arguments) {
   if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
   if (!report.ended_by.empty()) return status;
-  if (const std::string complaint = convergence_complaint(report, scene.method); !complaint.empty())
-    spdlog::warn("{}", complaint);
+  for (const std::string& complaint :
+       {convergence_complaint(report, scene.method), lateness_complaint(report)})
+    if (!complaint.empty()) spdlog::warn("{}", complaint);
   if (status == realtime::kDone && is_unconverged(report, arguments.server.clock))
     status = realtime::kNotConverged;
   if (report.crossings_left > 0)

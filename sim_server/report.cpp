@@ -68,6 +68,15 @@ std::string convergence_complaint(const SimulationReport& report, const scene::M
   return line;
 }
 
+std::string lateness_complaint(const SimulationReport& report) {
+  if (report.late_steps <= report.steps) return "";
+  return std::to_string(report.late_steps) + " of " +
+         std::to_string(report.steps + report.late_steps) +
+         " deadlines passed without a step: simulated time fell behind; a lower rate_hz or a "
+         "machine "
+         "with less to do helps";
+}
+
 void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   ++report.steps;
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);

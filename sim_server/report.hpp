@@ -42,6 +42,10 @@ struct SimulationReport {
 [[nodiscard]] std::string convergence_complaint(const SimulationReport& report,
                                                 const scene::Method& method);
 
+/// Returns one line on deadlines that passed without a step, if these are more than half. Returns
+/// an empty text otherwise.
+[[nodiscard]] std::string lateness_complaint(const SimulationReport& report);
+
 void count_step(SimulationReport& report, const dynamics::StepReport& step);
 
 /// Counts a snapshot that was published for a hand.

@@ -2,6 +2,8 @@
 """A scene too heavy for its rate: steps are cut short, snapshots come all the same. Gates on counts: a
 shared machine stalls now and then."""
 import os
+import signal
+import time
 import unittest
 
 import daemons
@@ -78,6 +80,17 @@ class BudgetTest(daemons.SessionTest):
         figures = daemons.read_report(report)
         self.assertGreater(figures["steps"], 300)
         self.assertLess(figures["solver"]["out_of_budget"], 0.02 * figures["steps"], figures)
+
+    def test_simulated_time_that_falls_behind_is_a_line(self):
+        report = self.folder / "sim.json"
+        sim_server = self.sim_server("wall", "--rate", 1000, "--duration", 2.5, "--report", report)
+        time.sleep(0.3)
+        sim_server.signal(signal.SIGSTOP)
+        time.sleep(2.0)
+        sim_server.signal(signal.SIGCONT)
+        self.assertEqual(sim_server.wait(30.0), DONE, sim_server.lines())
+        self.assertGreater(daemons.read_report(report)["late_steps"], 1900)
+        self.assertIn("deadlines passed without a step", sim_server.lines()[-1])
 
 
 if __name__ == "__main__":

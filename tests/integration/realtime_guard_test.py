@@ -87,6 +87,7 @@ class RealtimeGuardTest(daemons.SessionTest):
         self.assertEqual(hand.wait(), DONE, hand.lines())
         report = daemons.read_report(self.report)
         self.assertGreater(report["device_stops"], 0)
+        self.assertGreater(report["missed_ticks"], 0)  # the stall is told
         self.assertEqual(report["realtime_violations"], {"total": 0})
 
     def test_without_the_guard_the_same_driver_is_not_reproached(self):

@@ -1,7 +1,10 @@
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <thread>
 
+#include "shared/realtime/processor_time.hpp"
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
@@ -56,6 +59,26 @@ double energy_J(const bodies::World& world, std::span<const contact::Contact> co
   MechanicalSystem system(world, contacts);
   system.place(Eigen::VectorXd::Zero(system.size()), system.velocity(), 0.0, 0.0);
   return system.energy_J();
+}
+
+TEST_CASE(
+    "The time of a budget is what its thread computes, whoever asks and however long it waits",
+    "[budget]") {
+  Budget budget;
+  budget.end_within(std::chrono::milliseconds(20));
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  CHECK_FALSE(budget.is_late());
+  bool is_late_elsewhere = true;
+  const auto ask = [&] { is_late_elsewhere = budget.is_late(); };
+  std::thread(ask).join();
+  CHECK_FALSE(is_late_elsewhere);
+
+  const double began_s = realtime::thread_processor_s();
+  while (realtime::thread_processor_s() - began_s < 0.03) {
+  }
+  CHECK(budget.is_late());
+  std::thread(ask).join();
+  CHECK(is_late_elsewhere);
 }
 
 TEST_CASE("Whatever its budget, a step of implicit Euler cut short gains no energy",

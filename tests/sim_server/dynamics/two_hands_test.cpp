@@ -125,7 +125,8 @@ TEST_CASE("Where nothing is predicted for a hand, its snapshot has nothing of an
   REQUIRE_FALSE(simulation.predict_next(kStep_s, {}, 0).modes.empty());
   const proto::SphereRecord& ball = simulation.snapshot().records()[0];
   REQUIRE(ball.response != 0);
-  const Budget late{.deadline = {}};
+  Budget late;
+  late.end_within({});
   CHECK(simulation.predict_next(kStep_s, late, 1).modes.empty());
   CHECK(ball.response == 0);
   CHECK(ball.predicted_velocity_m_s == ball.newest.velocity_m_s);
