@@ -40,15 +40,13 @@ std::optional<Wake> tick_until_stopped(Run& run, RealTimeTicks& ticks,
   const long faults_before = realtime::page_faults();
   {
     realtime::RealtimeSection section;
-    section.begin_tick(run.report.ticks + 1);
-    bool goes_on = !wake || ticks.tick(*wake);
-    wake.reset();
-    while (goes_on) {
+    for (bool goes_on = true; goes_on; wake.reset()) {
       section.begin_tick(run.report.ticks + 1);
-      wake = timer.wait();
-      if (must_recover(run)) break;
+      if (!wake) {
+        wake = timer.wait();
+        if (must_recover(run)) break;
+      }
       goes_on = ticks.tick(*wake);
-      wake.reset();
     }
   }
   run.report.page_faults += realtime::page_faults() - faults_before;

@@ -73,8 +73,7 @@ std::string lateness_complaint(const SimulationReport& report) {
   return std::to_string(report.late_steps) + " of " +
          std::to_string(report.steps + report.late_steps) +
          " deadlines passed without a step: simulated time fell behind; a lower rate_hz or a "
-         "machine "
-         "with less to do helps";
+         "machine with less to do helps";
 }
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step) {

@@ -13,7 +13,7 @@
 
 namespace stillgrid::sim_server {
 
-/// Of one hand.
+/// Holds what the report says of one hand.
 struct HandReport {
   std::string name;
   double tool_work_J = 0.0;         // that its tool gave, as the snapshots tell it

@@ -117,9 +117,8 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
     for (bodies::RigidBody& body : simulation.world().rigid_bodies)
       if (body.free) body.position_m += shift_m.col(column++);
   }
-  dynamics::Budget budget;
-  budget.end_within(
-      dynamics::to_duration(2.0 * limit_s));  // so that a single step cannot last for ever
+  dynamics::Budget budget;  // so that a single step cannot last for ever
+  budget.end_within(dynamics::to_duration(2.0 * limit_s));
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {

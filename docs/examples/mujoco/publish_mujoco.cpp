@@ -176,7 +176,8 @@ class Simulation {
       }
       apply_pushes();
       step(d_);
-      if (response_ != Response::kNone) tell(d_, stillgrid_publisher_set_predicted, "set_predicted");
+      if (response_ != Response::kNone)
+        tell(d_, stillgrid_publisher_set_predicted, "set_predicted");
       require(stillgrid_publisher_publish(publisher_, time_ns), "publish");
     }
     stillgrid_publisher_close(publisher_);

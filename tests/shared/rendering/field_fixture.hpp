@@ -25,7 +25,7 @@ struct FieldPlace {
   [[nodiscard]] Eigen::Vector3d into(const Eigen::Vector3d& point_m) const {
     return orientation.conjugate() * (point_m - position_m);
   }
-  /// Where it is duration_s later at these velocities.
+  /// Returns the frame duration_s later, moved evenly at these velocities.
   [[nodiscard]] FieldPlace after(double duration_s) const {
     FieldPlace later = *this;
     later.position_m += duration_s * velocity_m_s;
@@ -67,7 +67,7 @@ Field made_once(const std::vector<double>& shape, Make&& make) {
   return field;
 }
 
-/// Of a ball round a place.
+/// Returns the field of a ball whose centre is centre_m.
 inline Field ball_field(double radius_m, const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero(),
                         double cell_m = 0.001) {
   const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(radius_m);
