@@ -29,7 +29,7 @@ double to_s(std::uint64_t ns) {
 /// What a step that begins now may cost.
 dynamics::Budget budget_of(double period_s, const std::atomic<bool>& stop) {
   dynamics::Budget budget{.iterations = kMaxIterations, .stop = &stop};
-  budget.end_within(dynamics::to_duration(kStepShare * period_s));
+  budget.end_within(realtime::to_ns(kStepShare * period_s));
   return budget;
 }
 

@@ -91,7 +91,7 @@ Finding keeps_its_deadline(const LawCase& law_case) {
   for (int i = 0; i < kTries; ++i) {
     const double began_s = realtime::thread_processor_s();
     dynamics::Budget budget;
-    budget.end_within(dynamics::to_duration(step_s));
+    budget.end_within(realtime::to_ns(step_s));
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
     (void)simulation.predict_next(step_s, budget);

@@ -118,7 +118,7 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
       if (body.free) body.position_m += shift_m.col(column++);
   }
   dynamics::Budget budget;  // so that a single step cannot last for ever
-  budget.end_within(dynamics::to_duration(2.0 * limit_s));
+  budget.end_within(realtime::to_ns(2.0 * limit_s));
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {

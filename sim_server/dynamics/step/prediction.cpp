@@ -228,7 +228,7 @@ bool Prediction::solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity,
 void Prediction::look(const bodies::World& world, std::span<const contact::Contact> contacts,
                       double step_s, std::span<const ContactMemory> kept, Budget budget,
                       std::size_t hand) {
-  if (budget.has_deadline()) budget.end_within(to_duration(kMaxShare * step_s));
+  if (budget.has_deadline()) budget.end_within(realtime::to_ns(kMaxShare * step_s));
   spheres_.assign(world.spheres.size(), {});
   for (std::size_t i = 0; i < spheres_.size(); ++i)
     spheres_[i].predicted_velocity_m_s =

@@ -33,7 +33,8 @@ constexpr int kStillSteps = proto::kHistoryLength;
 Budget last_iteration(Budget budget, double step_s) {
   budget.iterations = 1;
   if (budget.has_deadline())
-    budget.deadline = std::max(budget.deadline, budget.now()) + to_duration(0.1 * step_s);
+    budget.deadline_ns =
+        std::max(budget.deadline_ns, budget.now_ns()) + realtime::to_ns(0.1 * step_s);
   return budget;
 }
 
@@ -327,9 +328,7 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   Budget own = step.budget;
   own.iterations = std::min(kIterations, own.iterations - solve.iterations);
   // What takes longer than its sample is newer makes the snapshot older.
-  if (own.has_deadline())
-    own.end_within(std::chrono::nanoseconds(
-        static_cast<std::int64_t>(std::min(newer_ns, std::uint64_t{1'000'000'000}))));
+  if (own.has_deadline()) own.end_within(std::min(newer_ns, std::uint64_t{1'000'000'000}));
   const double duration_s = step.length_s * (part.end - part.start);
   const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
   solve.iterations += again.iterations;

@@ -402,7 +402,7 @@ TEST_CASE("Without time to look ahead a body moves on at its velocity and is not
   Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
   Budget late{.iterations = 1000};
-  late.end_within({});
+  late.end_within(0);
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s, late);
   CHECK(prediction.period_ns == 0);
   CHECK(record(simulation, 0).predicted_velocity_m_s == record(simulation, 0).newest.velocity_m_s);

@@ -126,7 +126,7 @@ TEST_CASE("Where nothing is predicted for a hand, its snapshot has nothing of an
   const proto::SphereRecord& ball = simulation.snapshot().records()[0];
   REQUIRE(ball.response != 0);
   Budget late;
-  late.end_within({});
+  late.end_within(0);
   CHECK(simulation.predict_next(kStep_s, late, 1).modes.empty());
   CHECK(ball.response == 0);
   CHECK(ball.predicted_velocity_m_s == ball.newest.velocity_m_s);
