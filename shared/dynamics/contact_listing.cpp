@@ -1,0 +1,219 @@
+#include "shared/dynamics/contact_listing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr std::size_t kKinds = 3;             // without planes
+constexpr double kSkin = 0.03;                // of a radius: a sphere at rest may move by it
+constexpr double kTicksAhead = 20.0;          // that the listing of a slow sphere lasts
+constexpr double kFarthestAhead = 0.2;        // of a radius, beyond the next tick
+constexpr double kTouching = 1e-3;            // of the radii: the gap that rows of the touching have
+constexpr double kBallInertia = 0.4;          // of mass times square of radius
+constexpr double kInertiaTolerance = 1e-9;    // share by which that of a ball may differ
+
+std::size_t at(std::int32_t index) {
+  return static_cast<std::size_t>(index);
+}
+
+/// Bounds the speed of every point of a sphere's centre.
+double speed_m_s(const Description::Sphere& sphere, const SceneState& state) {
+  if (sphere.rigid >= 0)
+    return state.rigid_velocity_m_s[at(sphere.rigid)].vector().norm() +
+           state.angular_velocity_rad_s[at(sphere.rigid)].vector().norm() * sphere.local_m.norm();
+  double most = 0.0;
+  for (int k = 0; k < sphere.node_count; ++k)
+    most = std::max(most, state.node_velocity_m_s[at(sphere.nodes[at(k)])].vector().norm());
+  return most;
+}
+
+/// Groups in the order in which they are solved: planes, those that touch, those that are near.
+std::size_t group_of(SideKind a, SideKind b, bool touches) {
+  if (b == SideKind::kPlane) return static_cast<std::size_t>(a);
+  const std::size_t pair = static_cast<std::size_t>(a) * kKinds + static_cast<std::size_t>(b);
+  return kKinds + (touches ? 0 : kKinds * kKinds) + pair;
+}
+std::pair<SideKind, SideKind> kinds_of(std::size_t group) {
+  if (group < kKinds) return {static_cast<SideKind>(group), SideKind::kPlane};
+  const std::size_t pair = (group - kKinds) % (kKinds * kKinds);
+  return {static_cast<SideKind>(pair / kKinds), static_cast<SideKind>(pair % kKinds)};
+}
+
+}  // namespace
+
+SideKind side_kind(const Description& description, const Description::Sphere& sphere) {
+  if (sphere.rigid < 0) return SideKind::kSoft;
+  const Description::Rigid& rigid = description.rigid_bodies[at(sphere.rigid)];
+  if (rigid.is_driven || sphere.local_m.norm() > 0.0) return SideKind::kRigid;
+  const double ball = kBallInertia * rigid.mass_kg * sphere.radius_m * sphere.radius_m;
+  const Eigen::Array3d differs = (rigid.inertia_kg_m2.array() - ball).abs();
+  return (differs <= kInertiaTolerance * ball).all() ? SideKind::kBall : SideKind::kRigid;
+}
+
+Vector4 sphere_position_m(const Description::Sphere& sphere, const SceneState& state) {
+  if (sphere.rigid >= 0) {
+    const Vector4& centre = state.rigid_position_m[at(sphere.rigid)];
+    if (sphere.local_m.isZero(0.0)) return centre;
+    return centre + Vector4(state.orientation[at(sphere.rigid)].quaternion() * sphere.local_m);
+  }
+  Vector4 sum;
+  for (std::size_t k = 0; k < at(sphere.node_count); ++k)
+    sum = sum + sphere.weights[k] * state.node_position_m[at(sphere.nodes[k])];
+  return sum;
+}
+
+ContactListing::ContactListing(const Description& description)
+    : description_(description), candidates_(kKinds + 2 * kKinds * kKinds) {
+  std::vector<int> spheres(description.rigid_bodies.size());
+  for (const Description::Sphere& sphere : description.spheres)
+    if (sphere.rigid >= 0) ++spheres[at(sphere.rigid)];
+  for (const Description::Sphere& sphere : description.spheres) {
+    SideKind kind = side_kind(description, sphere);
+    if (kind == SideKind::kBall && spheres[at(sphere.rigid)] > 1) kind = SideKind::kRigid;
+    kinds_.push_back(kind);
+  }
+}
+
+/// Slow spheres may move for many ticks before contacts are listed anew, fast ones less far.
+void ContactListing::bound_ways(const SceneState& state, double tick_s) {
+  const double falls = description_.gravity_m_s2.norm() * tick_s * tick_s;
+  base_.resize(description_.spheres.size());
+  here_.clear();
+  balls_.clear();
+  for (std::size_t s = 0; s < base_.size(); ++s) {
+    const Description::Sphere& sphere = description_.spheres[s];
+    const double next = speed_m_s(sphere, state) * tick_s;
+    base_[s] = sphere_position_m(sphere, state);
+    base_[s].w = kSkin * sphere.radius_m + falls +
+                 std::min(kTicksAhead * next, next + kFarthestAhead * sphere.radius_m);
+    if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
+    here_.push_back(static_cast<std::int32_t>(s));
+    balls_.push_back(base_[s]);
+    balls_.back().w += sphere.radius_m;
+  }
+}
+
+/// Spheres that are away come last; rigid bodies in the order of their first spheres.
+void ContactListing::order_movers() {
+  order_.clear();
+  for (const std::int32_t ball : near_.order()) order_.push_back(here_[at(ball)]);
+  std::size_t next = 0;
+  for (std::int32_t s = 0; s < static_cast<std::int32_t>(base_.size()); ++s) {
+    if (next < here_.size() && here_[next] == s)
+      ++next;
+    else
+      order_.push_back(s);
+  }
+  rigid_order_.clear();
+  mover_of_rigid_.assign(description_.rigid_bodies.size(), -1);
+  const auto nodes = static_cast<std::int32_t>(description_.nodes.size());
+  const auto add = [&](std::int32_t rigid) {
+    if (mover_of_rigid_[at(rigid)] >= 0) return;
+    mover_of_rigid_[at(rigid)] = nodes + static_cast<std::int32_t>(rigid_order_.size());
+    rigid_order_.push_back(rigid);
+  };
+  for (const std::int32_t s : order_)
+    if (description_.spheres[at(s)].rigid >= 0) add(description_.spheres[at(s)].rigid);
+  for (std::size_t r = 0; r < mover_of_rigid_.size(); ++r) add(static_cast<std::int32_t>(r));
+}
+
+bool ContactListing::may_collide(std::int32_t sphere, std::int32_t other) const {
+  const Description::Sphere &a = description_.spheres[at(sphere)],
+                            &b = description_.spheres[at(other)];
+  if (a.rigid >= 0 && a.rigid == b.rigid) return false;
+  const auto is_driven = [&](const Description::Sphere& s) {
+    return s.rigid >= 0 && description_.rigid_bodies[at(s.rigid)].is_driven;
+  };
+  if (is_driven(a) && is_driven(b)) return false;
+  const auto is_listed = [](const std::vector<std::pair<int, int>>& pairs, int i, int j) {
+    return std::ranges::binary_search(pairs, std::pair(std::min(i, j), std::max(i, j)));
+  };
+  return a.body == b.body ? !is_listed(description_.apart_spheres, sphere, other)
+                          : !is_listed(description_.apart, a.body, b.body);
+}
+
+void ContactListing::gather() {
+  for (auto& group : candidates_) group.clear();
+  for (const NearPair& pair : near_.pairs()) {
+    std::int32_t a = pair.first, b = pair.second;
+    if (!may_collide(order_[at(a)], order_[at(b)])) continue;
+    if (kinds_[at(order_[at(a)])] > kinds_[at(order_[at(b)])]) std::swap(a, b);
+    const std::size_t sa = at(order_[at(a)]), sb = at(order_[at(b)]);
+    const double radii = description_.spheres[sa].radius_m + description_.spheres[sb].radius_m;
+    const double distance = (base_[sa] - base_[sb]).vector().norm();
+    const bool touches = distance < (1.0 + kTouching) * radii;
+    candidates_[group_of(kinds_[sa], kinds_[sb], touches)].push_back({a, b});
+  }
+  for (std::int32_t place = 0; place < static_cast<std::int32_t>(here_.size()); ++place) {
+    const std::size_t s = at(order_[at(place)]);
+    const Description::Sphere& sphere = description_.spheres[s];
+    if (sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven) continue;
+    for (std::size_t p = 0; p < description_.planes.size(); ++p) {
+      const Description::Plane& plane = description_.planes[p];
+      if (plane.normal.dot(base_[s].vector()) - plane.offset_m < sphere.radius_m + base_[s].w)
+        candidates_[group_of(kinds_[s], SideKind::kPlane, true)].push_back(
+            {place, static_cast<std::int32_t>(p)});
+    }
+  }
+}
+
+std::size_t ContactListing::movers_of(std::int32_t sphere, std::int32_t* movers) const {
+  const Description::Sphere& s = description_.spheres[at(sphere)];
+  std::size_t count = 0;
+  if (s.rigid >= 0) {
+    if (!description_.rigid_bodies[at(s.rigid)].is_driven)
+      movers[count++] = mover_of_rigid_[at(s.rigid)];
+    return count;
+  }
+  for (std::size_t k = 0; k < at(s.node_count); ++k)
+    if (!description_.nodes[at(s.nodes[k])].is_pinned) movers[count++] = s.nodes[k];
+  return count;
+}
+
+void ContactListing::pack() {
+  rows_.groups.clear();
+  rows_.rows.clear();
+  rows_.places.clear();
+  for (std::size_t g = 0; g < candidates_.size(); ++g) {
+    if (candidates_[g].empty()) continue;
+    packer_.start(description_.nodes.size() + description_.rigid_bodies.size());
+    const auto [kind_a, kind_b] = kinds_of(g);
+    std::array<std::int32_t, 8> movers{};
+    for (std::size_t k = 0; k < candidates_[g].size(); ++k) {
+      const Candidate& pair = candidates_[g][k];
+      std::size_t count = movers_of(order_[at(pair.a)], movers.data());
+      if (kind_b != SideKind::kPlane)
+        count += movers_of(order_[at(pair.b)], movers.data() + count);
+      packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
+    }
+    packer_.finish();
+    const std::size_t first = rows_.rows.size(), end = first + packer_.rows().size();
+    rows_.groups.push_back({.a = kind_a, .b = kind_b, .first = first, .end = end});
+    rows_.rows.resize(end);
+    rows_.places.resize(end);
+    for (std::size_t row = first; row < end; ++row)
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+        const std::int32_t item = packer_.rows()[row - first][lane];
+        rows_.places[row].sphere_a[lane] = item < 0 ? -1 : candidates_[g][at(item)].a;
+        rows_.places[row].sphere_b[lane] = item < 0 ? -1 : candidates_[g][at(item)].b;
+      }
+  }
+}
+
+void ContactListing::list(const SceneState& state, double tick_s) {
+  ++listings_;
+  remember();
+  bound_ways(state, tick_s);
+  near_.find(balls_);
+  order_movers();
+  gather();
+  pack();
+  derive();
+  recall();
+}
+
+}  // namespace stillgrid::dynamics

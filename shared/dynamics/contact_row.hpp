@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace stillgrid::dynamics {
+
+/// Contacts in one row. No mover occurs in a row twice, so that vectors of any width may read and
+/// write the movers of a row lane by lane.
+inline constexpr std::size_t kRowLanes = 16;
+
+using RowFloats = float[kRowLanes];
+using RowIndices = std::int32_t[kRowLanes];
+
+/// Velocity of a node or a rigid body as contacts see it.
+struct alignas(32) Mover {
+  float velocity_m_s[3] = {};
+  float inverse_mass_per_kg = 0.0F;  // zero: no impulse moves it
+  float spin[3] = {};  // angular velocity in rad/s; of a ball times its radius, in m/s
+  float zero = 0.0F;
+};
+
+/// Inverse inertia of a rigid body in the frame of the world, 1/(kg m^2).
+struct alignas(32) InverseInertia {
+  float xx = 0, xy = 0, xz = 0, zero = 0, yy = 0, yz = 0, zz = 0, zero_too = 0;
+};
+
+/// Where a collision sphere is.
+struct alignas(16) SpherePlace {
+  float moved_m[3] = {};  // since contacts were listed
+  float reach_m = 0.0F;   // how far it may move within a substep
+};
+struct alignas(16) SphereArm {
+  float arm_m[3] = {};  // from the centre of its rigid body
+  float radius_m = 0.0F;
+};
+
+/// How an impulse acts on one side of a contact.
+enum class SideKind : std::uint8_t {
+  kBall,   // a rigid body that is one sphere: its spin needs neither an arm nor an inertia
+  kRigid,  // any other rigid body, also a driven one
+  kSoft,   // a weighted sum of nodes
+  kPlane,  // the world: nothing moves it
+};
+
+/// The nodes of the soft side of a row. Unused ones have weight zero.
+struct alignas(64) SoftSide {
+  std::int32_t node[4][kRowLanes];
+  RowFloats weight[4];
+};
+/// The arms of the rigid side of a row, from the centre of mass to the point of contact.
+struct alignas(64) RigidSide {
+  RowFloats arm_m[3];
+};
+
+/// All that an iteration over one row reads and writes. Impulses are in N s and act on side a.
+struct alignas(64) ContactRow {
+  RowIndices mover_a, mover_b;
+  RowFloats normal[3];  // from b to a
+  RowFloats spring_N_s, damper_N_s;  // at zero normal velocity at the end of the substep
+  RowFloats hold_N_s[3];             // of friction, at zero slip at the end of the substep
+  RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
+  RowFloats inverse_spring, inverse_both;                     // of the implicit equations
+  RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
+  RowFloats lever;  // distance of the centres over the sum of the radii
+  RowFloats friction, viscous_s_per_m;  // the latter is zero where friction sticks
+  RowFloats push_N_s, drag_N_s[3];      // the impulses of the last substep: normal and friction
+};
+
+/// What a substep reads of a row once.
+struct alignas(64) RowPlace {
+  RowIndices sphere_a, sphere_b;  // numbers of rows of spheres; of a plane its number
+  RowFloats apart_m[3];           // from b to a where contacts were listed
+  RowFloats radii_m;              // their sum
+  RowFloats stretch_m[3];         // of the spring that friction holds
+  RowFloats stiffness_N_per_m, damping_N_s_per_m;
+};
+
+/// A run of rows whose sides are of the same kinds.
+struct RowGroup {
+  SideKind a = SideKind::kBall, b = SideKind::kBall;
+  std::size_t first = 0, end = 0;            // rows
+  std::size_t first_side_a = 0, first_side_b = 0;  // into soft_sides or rigid_sides
+};
+
+/// The listed contacts, in the order in which they are solved.
+struct RowList {
+  std::vector<ContactRow> rows;
+  std::vector<RowPlace> places;
+  std::vector<RowGroup> groups;
+  std::vector<SoftSide> soft_sides;
+  std::vector<RigidSide> rigid_sides;
+};
+
+/// Movers and spheres that rows refer to.
+struct ContactBodies {
+  std::vector<Mover> movers;  // nodes, then rigid bodies, then one that never moves
+  std::vector<InverseInertia> inverse_inertias;  // as movers; only of rigid bodies that are no balls
+  std::vector<SpherePlace> places;
+  std::vector<SphereArm> arms;
+};
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "shared/dynamics/contact_row.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Contacts as soft constraints, solved by Gauss-Seidel over rows with a warm start: each has the
+/// stiffness and damping of its materials and the mean force of its law over a substep, to second
+/// order in the length of the substep. Friction is a spring that holds the points of contact and
+/// slides at Coulomb's limit.
+///
+/// A substep calls prepare_rows() at its middle with the velocities of its start, then adds all
+/// other forces to the velocities, then calls warm_start_rows(), solve_rows() as often as it
+/// iterates, and finish_rows(). All functions are deterministic to the bit, on every instruction
+/// set. Realtime: none allocates, locks or throws, where live_rows has the capacity of the list.
+///
+/// Source: Macklin et al., Small Steps in Physics Simulation, SCA 2019; Catto, Solver2D, 2024.
+
+/// Rows of a group that may touch within the substep; indices are into RowList::rows.
+struct LiveRows {
+  std::vector<std::uint32_t> rows;
+  std::vector<std::size_t> group_end;  // as RowList::groups
+};
+
+/// Computes geometry and effective masses of all rows that may touch, and lists these.
+void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live);
+/// Applies the impulses of the last substep.
+void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live);
+/// Iterates once over all live rows; backwards if is_backward.
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward);
+/// Stretches the springs that friction holds.
+void finish_rows(RowList& list, float substep_s, const LiveRows& live);
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "shared/collision/contact_law.hpp"
+
+namespace stillgrid::dynamics {
+
+/// The constants of a scene, in SI units: masses, springs and shapes. Arrays are joined by indices.
+/// `Engine` holds one and never changes it.
+struct Description {
+  /// A point mass of a deformable body.
+  struct Node {
+    double mass_kg = 0.0;
+    bool is_pinned = false;  // never moves
+  };
+  /// A spring with a damper along the line between two nodes.
+  struct Spring {
+    int a = 0, b = 0;  // nodes
+    double rest_length_m = 0.0;
+    double stiffness_N_per_m = 0.0;
+    double damping_N_s_per_m = 0.0;
+  };
+  /// A rigid body that moves by forces, or a driven one: its pose is an input of each tick. Tools,
+  /// prescribed bodies and bodies that never move are driven.
+  struct Rigid {
+    double mass_kg = 0.0;                                      // ignored where driven
+    Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal axes are the body's frame
+    bool is_driven = false;
+  };
+  /// A collision sphere: a fixed point of a rigid body, or a weighted sum of nodes.
+  struct Sphere {
+    double radius_m = 0.0;
+    int material = 0;
+    int body = 0;    // spheres of one rigid body never collide; see also `apart`
+    int rigid = -1;  // index of a rigid body, or -1
+    Eigen::Vector3d local_m = Eigen::Vector3d::Zero();  // in the frame of the rigid body
+    int node_count = 0;                                 // 1 to 4 where rigid is -1
+    std::array<int, 4> nodes{};
+    std::array<double, 4> weights{};  // sum to one
+    /// Above zero for a tool: friction is viscous below this speed and nothing sticks to it. The
+    /// contact has the material of the other side.
+    double tool_slip_speed_m_s = 0.0;
+  };
+  /// Points x with normal . x < offset_m are inside. Never moves.
+  struct Plane {
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    double offset_m = 0.0;
+    int material = 0;
+  };
+
+  Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
+  std::vector<Node> nodes;
+  std::vector<Spring> springs;
+  std::vector<Rigid> rigid_bodies;
+  std::vector<Sphere> spheres;
+  std::vector<Plane> planes;
+  std::vector<collision::ContactMaterial> materials;
+  std::vector<std::pair<int, int>> apart;          // bodies that never collide, smaller first, sorted
+  std::vector<std::pair<int, int>> apart_spheres;  // spheres of one body, likewise
+};
+
+/// Throws std::invalid_argument where an index is out of range, or a mass, inertia or radius is not
+/// positive.
+void validate(const Description& description);
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/contact_listing.hpp"
+#include "shared/dynamics/contact_solver.hpp"
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/spring_table.hpp"
+
+namespace stillgrid::dynamics {
+
+/// A tick of physics, the period of the haptic loop.
+inline constexpr double kTick_s = 1e-3;
+
+/// Where a driven body is at the end of a tick. Within the tick it moves evenly.
+struct DrivenPose {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  // used in the tick in which it appears
+  bool is_here = true;  // false: it is away, and touches nothing
+};
+
+/// What pushed a driven body in a tick, in the frame of the world.
+struct DrivenReaction {
+  Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();  // about the body's position
+};
+
+/// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
+///
+/// A tick is divided into substeps. A substep is one step of position Verlet; contacts, friction
+/// and their impulses on bodies are solved implicitly at its middle. step() is a pure function of
+/// the state, the driven poses and the Description: it reads no clock, and its results are equal to
+/// the bit on every run and every instruction set.
+///
+/// Thread: one. Realtime: step() does not lock or throw; it allocates only while the number of
+/// near pairs grows beyond all ticks before.
+class Engine {
+ public:
+  /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
+  Engine(Description description, SceneState state);
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  /// Advances by kTick_s. driven: one pose for each driven body, in the order of the Description.
+  void step(std::span<const DrivenPose> driven = {});
+
+  [[nodiscard]] const Description& description() const noexcept { return description_; }
+  [[nodiscard]] const SceneState& state() const noexcept { return state_; }
+  [[nodiscard]] const ContactListing& listing() const noexcept { return listing_; }
+  /// Of the last tick, as `driven`.
+  [[nodiscard]] std::span<const DrivenReaction> reactions() const noexcept { return reactions_; }
+  [[nodiscard]] int substeps() const noexcept { return substeps_; }
+
+ private:
+  void aim_driven(std::span<const DrivenPose> driven);
+  [[nodiscard]] bool listing_holds();
+  void drift(double duration_s);
+  void load_movers();
+  void place_spheres(double substep_s);
+  void kick(double substep_s);
+  void apply_impulses();
+  void note_reactions();
+  void substep(double substep_s);
+  void turn_balls();
+
+  Description description_;
+  SceneState state_;
+  SpringTable springs_;
+  ContactListing listing_;
+  ContactBodies bodies_;
+  LiveRows live_;
+  std::vector<Vector4> forces_N_;              // on nodes
+  std::vector<double> ball_radius_m_;          // of each rigid body that is a ball; of others 0
+  std::vector<std::size_t> driven_;            // rigid bodies
+  std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
+  std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_
+  std::vector<DrivenReaction> reactions_;      // as driven_
+  bool is_stale_ = true;                       // contacts must be listed before the next tick
+  int substeps_ = 1;
+};
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/scene_state.hpp"
+
+namespace stillgrid::dynamics {
+
+/// A numbered pair, first < second.
+struct NearPair {
+  std::int32_t first, second;
+};
+
+/// Finds all pairs of balls that overlap, by a grid of cells that are as wide as the largest ball.
+/// Balls far outside the bulk are counted to its outermost cells, so that memory is bounded.
+///
+/// Thread: one. Memory is kept from call to call, and grows only with the number of balls or pairs.
+class NearPairs {
+ public:
+  /// balls: centres in m and, as w, radii. Realtime: no.
+  void find(std::span<const Vector4> balls);
+
+  /// The numbers of the balls in the order of cells, of the last find().
+  [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
+  /// Pairs of places in order(), ascending in `first`.
+  [[nodiscard]] std::span<const NearPair> pairs() const noexcept { return pairs_; }
+
+  /// What the search reads. Arrays are padded by the lanes of the widest vector.
+  struct Cells {
+    std::array<int, 3> count{};
+    std::vector<std::int32_t> start, cell;  // of each cell and one more; of each place
+    std::vector<float> x, y, z, radius;     // of each place, from the corner of the grid
+  };
+
+ private:
+  void choose_grid(std::span<const Vector4> balls);
+  void sort_into_cells(std::span<const Vector4> balls);
+
+  Cells cells_;
+  std::array<double, 3> corner_m_{};
+  double width_m_ = 1.0;
+  std::vector<std::int32_t> order_, next_;
+  std::vector<NearPair> pairs_;
+};
+
+}  // namespace stillgrid::dynamics

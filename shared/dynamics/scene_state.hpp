@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+namespace stillgrid::dynamics {
+
+/// Three numbers and one more, of the size of a vector register.
+struct alignas(32) Vector4 {
+  double x = 0.0, y = 0.0, z = 0.0, w = 0.0;
+
+  Vector4() = default;
+  Vector4(double x_, double y_, double z_, double w_ = 0.0) : x(x_), y(y_), z(z_), w(w_) {}
+  explicit Vector4(const Eigen::Vector3d& v) : x(v.x()), y(v.y()), z(v.z()) {}
+  explicit Vector4(const Eigen::Quaterniond& q) : x(q.x()), y(q.y()), z(q.z()), w(q.w()) {}
+
+  [[nodiscard]] Eigen::Vector3d vector() const { return {x, y, z}; }
+  [[nodiscard]] Eigen::Quaterniond quaternion() const { return {w, x, y, z}; }
+
+  friend Vector4 operator+(const Vector4& a, const Vector4& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w};
+  }
+  friend Vector4 operator-(const Vector4& a, const Vector4& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w};
+  }
+  friend Vector4 operator*(double s, const Vector4& a) {
+    return {s * a.x, s * a.y, s * a.z, s * a.w};
+  }
+};
+
+/// Positions and velocities of all nodes and rigid bodies, in SI units and the frame of the world.
+/// Arrays are in the order of Description. w is zero but in quaternions.
+struct SceneState {
+  std::uint64_t tick = 0;  // ticks since the start
+  std::vector<Vector4> node_position_m, node_velocity_m_s;
+  std::vector<Vector4> rigid_position_m, rigid_velocity_m_s;  // of the centre of mass
+  std::vector<Vector4> orientation;                           // unit quaternions
+  std::vector<Vector4> angular_velocity_rad_s;
+  std::vector<std::uint8_t> is_here;  // of rigid bodies; a driven one may be away
+};
+
+}  // namespace stillgrid::dynamics

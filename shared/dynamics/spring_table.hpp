@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/scene_state.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Springs with dampers between nodes, in arrays for vectors.
+class SpringTable {
+ public:
+  explicit SpringTable(const Description& description);
+
+  /// Adds to forces_N, in the order of nodes, what all springs and their dampers pull with.
+  /// Deterministic to the bit on every instruction set. Realtime: never allocates, locks or throws.
+  void add_forces(std::span<const Vector4> position_m, std::span<const Vector4> velocity_m_s,
+                  std::span<Vector4> forces_N) const;
+
+  /// Arrays of springs, padded to whole vectors by springs of no stiffness.
+  struct Arrays {
+    std::vector<std::int32_t> a, b;
+    std::vector<double> rest_m, stiffness_N_per_m, damping_N_s_per_m;
+  };
+
+ private:
+  Arrays arrays_;
+};
+
+/// Bounds of the vibrations of nodes on their springs, by Gershgorin's circles.
+struct SpectrumBound {
+  double frequency_rad_s = 0.0;  // of the fastest undamped vibration
+  double damping_per_s = 0.0;    // at which the dampers slow the fastest relative motion
+};
+[[nodiscard]] SpectrumBound spectrum_bound(const Description& description);
+
+}  // namespace stillgrid::dynamics
