@@ -76,38 +76,49 @@ ContactListing::ContactListing(const Description& description)
     if (kind == SideKind::kBall && spheres[at(sphere.rigid)] > 1) kind = SideKind::kRigid;
     kinds_.push_back(kind);
   }
+  for (const collision::ContactMaterial& a : description.materials)
+    for (const collision::ContactMaterial& b : description.materials) {
+      const collision::ContactMaterial pair = collision::pair_material(a, b);
+      constants_.push_back({static_cast<float>(pair.stiffness_N_per_m),
+                            static_cast<float>(pair.damping_N_s_per_m),
+                            static_cast<float>(pair.friction), 0.0F});
+    }
 }
 
 /// Slow spheres may move for many ticks before contacts are listed anew, fast ones less far.
 void ContactListing::bound_ways(const SceneState& state, double tick_s) {
   const double falls = description_.gravity_m_s2.norm() * tick_s * tick_s;
-  base_.resize(description_.spheres.size());
   here_.clear();
   balls_.clear();
-  for (std::size_t s = 0; s < base_.size(); ++s) {
+  bases_.resize(description_.spheres.size());
+  for (std::size_t s = 0; s < bases_.size(); ++s) {
     const Description::Sphere& sphere = description_.spheres[s];
     const double next = speed_m_s(sphere, state) * tick_s;
-    base_[s] = sphere_position_m(sphere, state);
-    base_[s].w = kSkin * sphere.radius_m + falls +
+    bases_[s] = sphere_position_m(sphere, state);
+    bases_[s].w = kSkin * sphere.radius_m + falls +
                  std::min(kTicksAhead * next, next + kFarthestAhead * sphere.radius_m);
     if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
     here_.push_back(static_cast<std::int32_t>(s));
-    balls_.push_back(base_[s]);
+    balls_.push_back(bases_[s]);
     balls_.back().w += sphere.radius_m;
   }
 }
 
-/// Spheres that are away come last; rigid bodies in the order of their first spheres.
-void ContactListing::order_movers() {
+/// Spheres that are away come last.
+void ContactListing::order_spheres() {
   order_.clear();
-  for (const std::int32_t ball : near_.order()) order_.push_back(here_[at(ball)]);
+  for (const std::int32_t ball : pairs_.order()) order_.push_back(here_[at(ball)]);
   std::size_t next = 0;
-  for (std::int32_t s = 0; s < static_cast<std::int32_t>(base_.size()); ++s) {
+  for (std::int32_t s = 0; s < static_cast<std::int32_t>(bases_.size()); ++s) {
     if (next < here_.size() && here_[next] == s)
       ++next;
     else
       order_.push_back(s);
   }
+}
+
+/// Balls are the first of the rigid bodies, in the order of spheres.
+void ContactListing::order_movers() {
   rigid_order_.clear();
   mover_of_rigid_.assign(description_.rigid_bodies.size(), -1);
   const auto nodes = static_cast<std::int32_t>(description_.nodes.size());
@@ -117,60 +128,74 @@ void ContactListing::order_movers() {
     rigid_order_.push_back(rigid);
   };
   for (const std::int32_t s : order_)
-    if (description_.spheres[at(s)].rigid >= 0) add(description_.spheres[at(s)].rigid);
+    if (kinds_[at(s)] == SideKind::kBall) add(description_.spheres[at(s)].rigid);
+  for (const std::int32_t s : order_)
+    if (kinds_[at(s)] == SideKind::kRigid) add(description_.spheres[at(s)].rigid);
   for (std::size_t r = 0; r < mover_of_rigid_.size(); ++r) add(static_cast<std::int32_t>(r));
 }
 
-bool ContactListing::may_collide(std::int32_t sphere, std::int32_t other) const {
-  const Description::Sphere &a = description_.spheres[at(sphere)],
-                            &b = description_.spheres[at(other)];
-  if (a.rigid >= 0 && a.rigid == b.rigid) return false;
-  const auto is_driven = [&](const Description::Sphere& s) {
-    return s.rigid >= 0 && description_.rigid_bodies[at(s.rigid)].is_driven;
-  };
-  if (is_driven(a) && is_driven(b)) return false;
+void ContactListing::collect_near() {
+  near_spheres_.clear();
+  for (const std::int32_t s : order_) {
+    const Description::Sphere& sphere = description_.spheres[at(s)];
+    near_spheres_.push_back(
+        {.rigid = sphere.rigid,
+         .body = sphere.body,
+         .mover = sphere.rigid >= 0 ? mover_of_rigid_[at(sphere.rigid)] : sphere.nodes[0],
+         .kind = kinds_[at(s)],
+         .is_driven = sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven,
+         .material = sphere.material,
+         .tool_slip_speed_m_s = static_cast<float>(sphere.tool_slip_speed_m_s),
+         .radius_m = sphere.radius_m});
+  }
+}
+
+bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
+  const NearSphere &a = near_spheres_[at(place)], &b = near_spheres_[at(other)];
+  if ((a.rigid >= 0 && a.rigid == b.rigid) || (a.is_driven && b.is_driven)) return false;
   const auto is_listed = [](const std::vector<std::pair<int, int>>& pairs, int i, int j) {
     return std::ranges::binary_search(pairs, std::pair(std::min(i, j), std::max(i, j)));
   };
-  return a.body == b.body ? !is_listed(description_.apart_spheres, sphere, other)
-                          : !is_listed(description_.apart, a.body, b.body);
+  return a.body == b.body
+             ? !is_listed(description_.apart_spheres, order_[at(place)], order_[at(other)])
+             : !is_listed(description_.apart, a.body, b.body);
 }
 
 void ContactListing::gather() {
   for (auto& group : candidates_) group.clear();
-  for (const NearPair& pair : near_.pairs()) {
+  for (const NearPair& pair : pairs_.pairs()) {
     std::int32_t a = pair.first, b = pair.second;
-    if (!may_collide(order_[at(a)], order_[at(b)])) continue;
-    if (kinds_[at(order_[at(a)])] > kinds_[at(order_[at(b)])]) std::swap(a, b);
-    const std::size_t sa = at(order_[at(a)]), sb = at(order_[at(b)]);
-    const double radii = description_.spheres[sa].radius_m + description_.spheres[sb].radius_m;
-    const double distance = (base_[sa] - base_[sb]).vector().norm();
-    const bool touches = distance < (1.0 + kTouching) * radii;
-    candidates_[group_of(kinds_[sa], kinds_[sb], touches)].push_back({a, b});
+    if (!may_collide(a, b)) continue;
+    if (near_spheres_[at(a)].kind > near_spheres_[at(b)].kind) std::swap(a, b);
+    const NearSphere &near_a = near_spheres_[at(a)], &near_b = near_spheres_[at(b)];
+    const double touching = (1.0 + kTouching) * (near_a.radius_m + near_b.radius_m);
+    const Vector4 apart = base_[at(a)] - base_[at(b)];
+    const bool touches = apart.vector().squaredNorm() < touching * touching;
+    candidates_[group_of(near_a.kind, near_b.kind, touches)].push_back({a, b});
   }
   for (std::int32_t place = 0; place < static_cast<std::int32_t>(here_.size()); ++place) {
-    const std::size_t s = at(order_[at(place)]);
-    const Description::Sphere& sphere = description_.spheres[s];
-    if (sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven) continue;
+    const NearSphere& sphere = near_spheres_[at(place)];
+    if (sphere.is_driven) continue;
+    const Vector4& base = base_[at(place)];
     for (std::size_t p = 0; p < description_.planes.size(); ++p) {
       const Description::Plane& plane = description_.planes[p];
-      if (plane.normal.dot(base_[s].vector()) - plane.offset_m < sphere.radius_m + base_[s].w)
-        candidates_[group_of(kinds_[s], SideKind::kPlane, true)].push_back(
+      if (plane.normal.dot(base.vector()) - plane.offset_m < sphere.radius_m + base.w)
+        candidates_[group_of(sphere.kind, SideKind::kPlane, true)].push_back(
             {place, static_cast<std::int32_t>(p)});
     }
   }
 }
 
-std::size_t ContactListing::movers_of(std::int32_t sphere, std::int32_t* movers) const {
-  const Description::Sphere& s = description_.spheres[at(sphere)];
+std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) const {
+  const NearSphere& sphere = near_spheres_[at(place)];
   std::size_t count = 0;
-  if (s.rigid >= 0) {
-    if (!description_.rigid_bodies[at(s.rigid)].is_driven)
-      movers[count++] = mover_of_rigid_[at(s.rigid)];
+  if (sphere.rigid >= 0) {
+    if (!sphere.is_driven) movers[count++] = sphere.mover;
     return count;
   }
-  for (std::size_t k = 0; k < at(s.node_count); ++k)
-    if (!description_.nodes[at(s.nodes[k])].is_pinned) movers[count++] = s.nodes[k];
+  const Description::Sphere& soft = description_.spheres[at(order_[at(place)])];
+  for (std::size_t k = 0; k < at(soft.node_count); ++k)
+    if (!description_.nodes[at(soft.nodes[k])].is_pinned) movers[count++] = soft.nodes[k];
   return count;
 }
 
@@ -185,9 +210,8 @@ void ContactListing::pack() {
     std::array<std::int32_t, 8> movers{};
     for (std::size_t k = 0; k < candidates_[g].size(); ++k) {
       const Candidate& pair = candidates_[g][k];
-      std::size_t count = movers_of(order_[at(pair.a)], movers.data());
-      if (kind_b != SideKind::kPlane)
-        count += movers_of(order_[at(pair.b)], movers.data() + count);
+      std::size_t count = movers_of(pair.a, movers.data());
+      if (kind_b != SideKind::kPlane) count += movers_of(pair.b, movers.data() + count);
       packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
     }
     packer_.finish();
@@ -208,8 +232,12 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   ++listings_;
   remember();
   bound_ways(state, tick_s);
-  near_.find(balls_);
+  pairs_.find(balls_);
+  order_spheres();
   order_movers();
+  collect_near();
+  base_.clear();
+  for (const std::int32_t s : order_) base_.push_back(bases_[at(s)]);
   gather();
   pack();
   derive();

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "shared/dynamics/contact_history.hpp"
 #include "shared/dynamics/contact_row.hpp"
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/near_pairs.hpp"
@@ -16,17 +17,6 @@ namespace stillgrid::dynamics {
 [[nodiscard]] SideKind side_kind(const Description& description, const Description::Sphere& sphere);
 /// Centre of a sphere in m, in the frame of the world.
 [[nodiscard]] Vector4 sphere_position_m(const Description::Sphere& sphere, const SceneState& state);
-
-/// What a contact has from substep to substep.
-struct ContactHistory {
-  float push_N_s = 0.0F, drag_N_s[3] = {}, stretch_m[3] = {};
-};
-/// Of the contacts that do not rest at zero: the two spheres, or a sphere and a plane behind the
-/// spheres, smaller first; impulses and stretches act on the first.
-struct KnownContact {
-  std::int32_t first, second;
-  ContactHistory history;
-};
 
 /// The contacts that may come about until something has moved by its reach, in rows.
 ///
@@ -42,20 +32,25 @@ class ContactListing {
   /// Everything that list() computed, for a saved state; and back. The listing then continues to
   /// the bit.
   struct Saved {
-    std::vector<Vector4> base;  // of each sphere; w: reach
-    std::vector<std::int32_t> order, rigid_order;
+    std::vector<Vector4> base;
+    std::vector<std::int32_t> order;
     std::vector<RowGroup> groups;
     std::vector<std::int32_t> sphere_a, sphere_b;  // of each lane: places in order, -1 if unused
     std::vector<ContactHistory> history;           // of each lane
   };
   void save(Saved& saved) const;
+  /// Throws std::invalid_argument, and changes nothing, where the numbers cannot be those of a
+  /// listing of this Description.
   void load(const Saved& saved);
+
+  /// Forgets all contacts, and their history with them.
+  void clear();
 
   [[nodiscard]] RowList& rows() noexcept { return rows_; }
   [[nodiscard]] const RowList& rows() const noexcept { return rows_; }
   /// Spheres in the order in which SpherePlace and SphereArm are stored: near ones side by side.
   [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
-  /// Where each sphere was when contacts were listed; w: how far it may move.
+  /// Where each sphere was when contacts were listed, as order(); w: how far it may move.
   [[nodiscard]] std::span<const Vector4> base() const noexcept { return base_; }
   [[nodiscard]] std::span<const SideKind> kinds() const noexcept { return kinds_; }
   /// Rigid bodies in the order of their movers, and the other way round.
@@ -70,15 +65,43 @@ class ContactListing {
   struct Candidate {
     std::int32_t a, b;
   };
+  /// What is read of spheres most, side by side for near ones: as order().
+  struct NearSphere {
+    std::int32_t rigid, body, mover;  // the mover of a soft sphere is its first node
+    SideKind kind;
+    bool is_driven;
+    std::int32_t material;
+    float tool_slip_speed_m_s;
+    double radius_m;
+  };
+  /// Two spheres, or a sphere and a plane counted behind the spheres, smaller first; whether side a
+  /// is the second.
+  struct Key {
+    std::int32_t first, second;
+    bool is_reversed;
+  };
+  /// History of a contact that has one; it acts on the first of its key.
+  struct KnownContact {
+    std::int32_t second = 0;
+    ContactHistory history;
+  };
+  /// Constants of a pair of materials, in floats.
+  struct PairConstants {
+    float stiffness_N_per_m, damping_N_s_per_m, friction, viscous_s_per_m;
+  };
   void bound_ways(const SceneState& state, double tick_s);
+  void order_spheres();
   void order_movers();
   void gather();
-  [[nodiscard]] bool may_collide(std::int32_t sphere, std::int32_t other) const;
-  [[nodiscard]] std::size_t movers_of(std::int32_t sphere, std::int32_t* movers) const;
+  void collect_near();
+  void check(const Saved& saved) const;
+  [[nodiscard]] PairConstants constants_of(const NearSphere& a, const NearSphere& b) const;
+  [[nodiscard]] bool may_collide(std::int32_t place, std::int32_t other) const;
+  [[nodiscard]] std::size_t movers_of(std::int32_t place, std::int32_t* movers) const;
   void remember();
   void recall();
   void pack();
-  void derive_lane(std::size_t row, std::size_t lane, const RowGroup& group);
+  void derive_lane(std::size_t row, std::size_t lane, bool is_plane);
   void derive();
   /// The mover that stands for planes and unused lanes.
   [[nodiscard]] std::int32_t world() const {
@@ -87,14 +110,16 @@ class ContactListing {
   [[nodiscard]] bool is_used(std::size_t row, std::size_t lane) const {
     return rows_.rows[row].mover_a[lane] != world();
   }
-  [[nodiscard]] KnownContact known(std::size_t row, std::size_t lane, bool is_plane) const;
+  [[nodiscard]] Key key(std::size_t row, std::size_t lane, bool is_plane) const;
 
   const Description& description_;
   std::vector<SideKind> kinds_;
-  NearPairs near_;
+  NearPairs pairs_;
   RowPacker packer_;
   RowList rows_;
-  std::vector<Vector4> base_, balls_;
+  std::vector<Vector4> base_, bases_, balls_;  // as order_; of each sphere; of those that are here
+  std::vector<NearSphere> near_spheres_;
+  std::vector<PairConstants> constants_;  // of each pair of materials
   std::vector<std::int32_t> order_, rigid_order_, mover_of_rigid_, here_;
   std::vector<std::vector<Candidate>> candidates_;  // by kinds, planes and touching ones first
   std::vector<KnownContact> known_;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/dynamics/contact_history.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 
 namespace stillgrid::dynamics {
@@ -11,27 +12,9 @@ std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
 
-ContactHistory history_of(const ContactRow& row, const RowPlace& place, std::size_t lane) {
-  ContactHistory history{.push_N_s = row.push_N_s[lane]};
-  for (std::size_t k = 0; k < 3; ++k) {
-    history.drag_N_s[k] = row.drag_N_s[k][lane];
-    history.stretch_m[k] = place.stretch_m[k][lane];
-  }
-  return history;
-}
-
-void set_history(const ContactHistory& history, ContactRow& row, RowPlace& place,
-                 std::size_t lane) {
-  row.push_N_s[lane] = history.push_N_s;
-  for (std::size_t k = 0; k < 3; ++k) {
-    row.drag_N_s[k][lane] = history.drag_N_s[k];
-    place.stretch_m[k][lane] = history.stretch_m[k];
-  }
-}
-
-bool is_zero(const ContactHistory& history) {
-  return history.push_N_s == 0.0F && history.stretch_m[0] == 0.0F &&
-         history.stretch_m[1] == 0.0F && history.stretch_m[2] == 0.0F;
+bool is_zero(const ContactRow& row, const RowPlace& place, std::size_t lane) {
+  return row.push_N_s[lane] == 0.0F && place.stretch_m[0][lane] == 0.0F &&
+         place.stretch_m[1][lane] == 0.0F && place.stretch_m[2][lane] == 0.0F;
 }
 
 /// Of the other side: what acts across changes its sign.
@@ -45,15 +28,12 @@ ContactHistory reversed(ContactHistory history) {
 
 }  // namespace
 
-KnownContact ContactListing::known(std::size_t row, std::size_t lane, bool is_plane) const {
+ContactListing::Key ContactListing::key(std::size_t row, std::size_t lane, bool is_plane) const {
   const RowPlace& place = rows_.places[row];
   const std::int32_t a = order_[at(place.sphere_a[lane])], b = place.sphere_b[lane];
-  const auto spheres = static_cast<std::int32_t>(description_.spheres.size());
-  const ContactHistory history = history_of(rows_.rows[row], place, lane);
-  if (is_plane) return {a, spheres + b, history};
+  if (is_plane) return {a, static_cast<std::int32_t>(description_.spheres.size()) + b, false};
   const std::int32_t other = order_[at(b)];
-  if (a < other) return {a, other, history};
-  return {other, a, reversed(history)};
+  return a < other ? Key{a, other, false} : Key{other, a, true};
 }
 
 /// Sorts by counting, which keeps the order of rows among contacts of one sphere.
@@ -62,17 +42,17 @@ void ContactListing::remember() {
   const auto each = [&](const auto& visit) {
     for (const RowGroup& group : rows_.groups)
       for (std::size_t row = group.first; row < group.end; ++row)
-        for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-          if (!is_used(row, lane)) continue;
-          const KnownContact contact = known(row, lane, group.b == SideKind::kPlane);
-          if (!is_zero(contact.history)) visit(contact);
-        }
+        for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+          if (is_used(row, lane) && !is_zero(rows_.rows[row], rows_.places[row], lane))
+            visit(key(row, lane, group.b == SideKind::kPlane), row, lane);
   };
-  each([&](const KnownContact& contact) { ++first_known_[at(contact.first) + 1]; });
+  each([&](const Key& key, std::size_t, std::size_t) { ++first_known_[at(key.first) + 1]; });
   for (std::size_t s = 1; s < first_known_.size(); ++s) first_known_[s] += first_known_[s - 1];
   known_.resize(at(first_known_.back()));
-  each([&](const KnownContact& contact) {
-    known_[at(first_known_[at(contact.first)]++)] = contact;
+  each([&](const Key& key, std::size_t row, std::size_t lane) {
+    const ContactHistory history = history_of(rows_.rows[row], rows_.places[row], lane);
+    known_[at(first_known_[at(key.first)]++)] = {
+        key.second, key.is_reversed ? reversed(history) : history};
   });
   std::copy_backward(first_known_.begin(), first_known_.end() - 1, first_known_.end());
   first_known_.front() = 0;
@@ -83,68 +63,69 @@ void ContactListing::recall() {
     for (std::size_t row = group.first; row < group.end; ++row)
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         if (!is_used(row, lane)) continue;
-        const bool is_plane = group.b == SideKind::kPlane;
-        const KnownContact contact = known(row, lane, is_plane);
+        const Key contact = key(row, lane, group.b == SideKind::kPlane);
         const auto first = known_.begin() + first_known_[at(contact.first)];
         const auto end = known_.begin() + first_known_[at(contact.first) + 1];
         const auto found = std::find_if(
-            first, end, [&](const KnownContact& k) { return k.second == contact.second; });
-        if (found == end) continue;
-        const bool is_reversed = order_[at(rows_.places[row].sphere_a[lane])] != contact.first;
-        set_history(is_reversed ? reversed(found->history) : found->history, rows_.rows[row],
-                    rows_.places[row], lane);
+            first, end, [&](const KnownContact& known) { return known.second == contact.second; });
+        if (found != end)
+          set_history(contact.is_reversed ? reversed(found->history) : found->history,
+                      rows_.rows[row], rows_.places[row], lane);
       }
 }
 
-void ContactListing::derive_lane(std::size_t index, std::size_t lane, const RowGroup& group) {
+/// A tool has no material: its contacts have that of the other side.
+ContactListing::PairConstants ContactListing::constants_of(const NearSphere& a,
+                                                           const NearSphere& b) const {
+  const bool is_tool = a.tool_slip_speed_m_s > 0.0F;
+  const float slip_speed = std::max(a.tool_slip_speed_m_s, b.tool_slip_speed_m_s);
+  if (slip_speed == 0.0F)
+    return constants_[at(a.material) * description_.materials.size() + at(b.material)];
+  const collision::ContactMaterial material = collision::tool_material(
+      description_.materials[at(is_tool ? b.material : a.material)], slip_speed);
+  return {static_cast<float>(material.stiffness_N_per_m),
+          static_cast<float>(material.damping_N_s_per_m), static_cast<float>(material.friction),
+          static_cast<float>(1.0 / material.slip_speed_m_s)};
+}
+
+void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_plane) {
   ContactRow& row = rows_.rows[index];
   RowPlace& place = rows_.places[index];
-  const bool is_plane = group.b == SideKind::kPlane, is_used = place.sphere_a[lane] >= 0;
-  const auto mover = [&](const Description::Sphere& sphere) {
-    return sphere.rigid >= 0 ? mover_of_rigid_[at(sphere.rigid)] : sphere.nodes[0];
-  };
   row.mover_a[lane] = row.mover_b[lane] = world();
-  if (!is_used) {
+  if (place.sphere_a[lane] < 0) {
     // Some sphere is read, and is too far for anything to come of it.
     place.sphere_a[lane] = place.sphere_b[lane] = 0;
     place.apart_m[0][lane] = 1e6F;
     row.normal[0][lane] = place.radii_m[lane] = 1.0F;
     return;
   }
-  const std::size_t sa = at(order_[at(place.sphere_a[lane])]);
-  const Description::Sphere& a = description_.spheres[sa];
-  row.mover_a[lane] = mover(a);
+  const NearSphere& a = near_spheres_[at(place.sphere_a[lane])];
+  const Vector4& base_a = base_[at(place.sphere_a[lane])];
+  row.mover_a[lane] = a.mover;
   Vector4 apart;
   double radii = a.radius_m;
-  collision::ContactMaterial material = description_.materials[at(a.material)];
+  PairConstants constants;
   if (is_plane) {
     const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
-    apart = Vector4((plane.normal.dot(base_[sa].vector()) - plane.offset_m) * plane.normal);
+    apart = Vector4((plane.normal.dot(base_a.vector()) - plane.offset_m) * plane.normal);
     for (std::size_t k = 0; k < 3; ++k)
       row.normal[k][lane] = static_cast<float>(plane.normal[static_cast<Eigen::Index>(k)]);
-    material = collision::pair_material(material, description_.materials[at(plane.material)]);
+    constants = constants_[at(a.material) * description_.materials.size() + at(plane.material)];
   } else {
-    const std::size_t sb = at(order_[at(place.sphere_b[lane])]);
-    const Description::Sphere& b = description_.spheres[sb];
-    row.mover_b[lane] = mover(b);
-    apart = base_[sa] - base_[sb];
+    const NearSphere& b = near_spheres_[at(place.sphere_b[lane])];
+    row.mover_b[lane] = b.mover;
+    apart = base_a - base_[at(place.sphere_b[lane])];
     radii += b.radius_m;
-    const collision::ContactMaterial& other = description_.materials[at(b.material)];
-    const double tool = std::max(a.tool_slip_speed_m_s, b.tool_slip_speed_m_s);
-    if (tool > 0.0) {
-      material = collision::tool_material(a.tool_slip_speed_m_s > 0.0 ? other : material, tool);
-      row.viscous_s_per_m[lane] = static_cast<float>(1.0 / material.slip_speed_m_s);
-    } else {
-      material = collision::pair_material(material, other);
-    }
+    constants = constants_of(a, b);
   }
   place.apart_m[0][lane] = static_cast<float>(apart.x);
   place.apart_m[1][lane] = static_cast<float>(apart.y);
   place.apart_m[2][lane] = static_cast<float>(apart.z);
   place.radii_m[lane] = static_cast<float>(radii);
-  place.stiffness_N_per_m[lane] = static_cast<float>(material.stiffness_N_per_m);
-  place.damping_N_s_per_m[lane] = static_cast<float>(material.damping_N_s_per_m);
-  row.friction[lane] = static_cast<float>(material.friction);
+  place.stiffness_N_per_m[lane] = constants.stiffness_N_per_m;
+  place.damping_N_s_per_m[lane] = constants.damping_N_s_per_m;
+  row.friction[lane] = constants.friction;
+  row.viscous_s_per_m[lane] = constants.viscous_s_per_m;
 }
 
 /// Pre: the places of rows hold their spheres, and everything else is theirs to compute.
@@ -179,7 +160,7 @@ void ContactListing::derive() {
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         rows_.places[row].sphere_a[lane] = kept.sphere_a[lane];
         rows_.places[row].sphere_b[lane] = kept.sphere_b[lane];
-        derive_lane(row, lane, group);
+        derive_lane(row, lane, group.b == SideKind::kPlane);
         const bool is_used = kept.sphere_a[lane] >= 0;
         const std::size_t k = row - group.first;
         if (group.a == SideKind::kSoft)
@@ -188,47 +169,6 @@ void ContactListing::derive() {
           set_nodes(rows_.soft_sides[group.first_side_b + k], lane, kept.sphere_b[lane], is_used);
       }
     }
-}
-
-void ContactListing::save(Saved& saved) const {
-  saved.base = base_;
-  saved.order = order_;
-  saved.rigid_order = rigid_order_;
-  saved.groups = rows_.groups;
-  saved.sphere_a.clear();
-  saved.sphere_b.clear();
-  saved.history.clear();
-  for (std::size_t row = 0; row < rows_.rows.size(); ++row)
-    for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-      const RowPlace& place = rows_.places[row];
-      saved.sphere_a.push_back(is_used(row, lane) ? place.sphere_a[lane] : -1);
-      saved.sphere_b.push_back(is_used(row, lane) ? place.sphere_b[lane] : -1);
-      saved.history.push_back(history_of(rows_.rows[row], place, lane));
-    }
-}
-
-void ContactListing::load(const Saved& saved) {
-  base_ = saved.base;
-  order_ = saved.order;
-  rigid_order_ = saved.rigid_order;
-  mover_of_rigid_.resize(rigid_order_.size());
-  for (std::size_t k = 0; k < rigid_order_.size(); ++k)
-    mover_of_rigid_[at(rigid_order_[k])] =
-        static_cast<std::int32_t>(description_.nodes.size() + k);
-  rows_.groups = saved.groups;
-  rows_.rows.resize(saved.sphere_a.size() / kRowLanes);
-  rows_.places.resize(rows_.rows.size());
-  const auto each = [&](const auto& visit) {
-    for (std::size_t i = 0; i < saved.sphere_a.size(); ++i) visit(i / kRowLanes, i % kRowLanes, i);
-  };
-  each([&](std::size_t row, std::size_t lane, std::size_t i) {
-    rows_.places[row].sphere_a[lane] = saved.sphere_a[i];
-    rows_.places[row].sphere_b[lane] = saved.sphere_b[i];
-  });
-  derive();
-  each([&](std::size_t row, std::size_t lane, std::size_t i) {
-    set_history(saved.history[i], rows_.rows[row], rows_.places[row], lane);
-  });
 }
 
 }  // namespace stillgrid::dynamics

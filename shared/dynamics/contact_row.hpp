@@ -37,7 +37,7 @@ struct alignas(16) SphereArm {
 };
 
 /// How an impulse acts on one side of a contact.
-enum class SideKind : std::uint8_t {
+enum class SideKind : std::int32_t {  // so that a RowGroup has no padding
   kBall,   // a rigid body that is one sphere: its spin needs neither an arm nor an inertia
   kRigid,  // any other rigid body, also a driven one
   kSoft,   // a weighted sum of nodes

@@ -65,6 +65,8 @@ HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodi
   const auto may_touch = hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)),
                                 hn::Gt(Get(row.push_N_s, i), All(0.0F)));
   if (hn::AllFalse(Floats(), may_touch)) return false;
+  // Else the neighbours in a vector would decide whether a lane is solved.
+  depth = hn::IfThenElse(may_touch, depth, All(-1e6F));
   Put(normal, row.normal, i);
   Put(distance / hn::Max(radii, All(1e-12F)), row.lever, i);
   return true;
@@ -164,13 +166,14 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
 /// The normal impulse that the equations ask for, from the normal velocity without it. The damper
 /// acts where the sides approach at the end that the spring alone leads to.
 HWY_INLINE Column SolvePush(const ContactRow& row, Column velocity, std::size_t i) {
-  const Column zero = All(0.0F), damper_slope = Get(row.damper_slope_kg, i);
+  const Column damper_slope = Get(row.damper_slope_kg, i);
   const Column spring = Get(row.spring_N_s, i) - Get(row.spring_slope_kg, i) * velocity;
   const Column damper = Get(row.damper_N_s, i) - damper_slope * velocity;
   const Column alone = spring * Get(row.inverse_spring, i);
   const Column both = (spring + damper) * Get(row.inverse_both, i);
   const Column left = damper - damper_slope * Get(row.normal_mass_per_kg, i) * alone;
-  return hn::Max(zero, hn::IfThenElse(hn::Gt(left, zero), both, alone));
+  const Column push = hn::IfThenElse(hn::Gt(left, All(0.0F)), both, alone);
+  return hn::IfThenElseZero(hn::Gt(push, All(0.0F)), push);  // never a negative zero
 }
 
 /// The friction impulse that the equations ask for, from the slip without it.
@@ -181,7 +184,8 @@ HWY_INLINE Column3 SolveDrag(const ContactRow& row, const Column3& slip, Column 
   const Column3 asked = (All(1.0F) / (All(1.0F) + Get(row.across_mass_per_kg, i) * slope)) *
                         (Get(row.hold_N_s, i) + slope * slip);
   const Column size = hn::Sqrt(hn::Max(Dot(asked, asked), All(1e-30F)));
-  return (All(0.0F) - hn::Min(All(1.0F), most / size)) * asked;
+  // The sum makes a negative zero a positive one, so that states are equal byte by byte.
+  return Column3{All(0.0F), All(0.0F), All(0.0F)} - hn::Min(All(1.0F), most / size) * asked;
 }
 
 template <class A, class B>

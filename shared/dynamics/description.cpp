@@ -1,5 +1,6 @@
 #include "shared/dynamics/description.hpp"
 
+#include <bit>
 #include <stdexcept>
 #include <string>
 
@@ -29,7 +30,60 @@ void validate_sphere(const Description& description, std::size_t i) {
             "unknown node of sphere", i);
 }
 
+/// FNV-1a over numbers.
+class Hash {
+ public:
+  template <class... Numbers>
+  void add(const Numbers&... numbers) {
+    (add_one(static_cast<double>(numbers)), ...);
+  }
+  void add_vector(const Eigen::Vector3d& v) { add(v.x(), v.y(), v.z()); }
+  [[nodiscard]] std::uint64_t value() const { return value_; }
+
+ private:
+  void add_one(double number) {
+    value_ = (value_ ^ std::bit_cast<std::uint64_t>(number)) * 0x100000001b3;
+    value_ ^= value_ >> 29;
+  }
+  std::uint64_t value_ = 0xcbf29ce484222325;
+};
+
+void add_sphere(const Description::Sphere& sphere, Hash& hash) {
+  hash.add(sphere.radius_m, sphere.material, sphere.body, sphere.rigid, sphere.node_count,
+           sphere.tool_slip_speed_m_s);
+  hash.add_vector(sphere.local_m);
+  for (const int node : sphere.nodes) hash.add(node);
+  for (const double weight : sphere.weights) hash.add(weight);
+}
+
 }  // namespace
+
+std::uint64_t fingerprint(const Description& description) {
+  Hash hash;
+  hash.add_vector(description.gravity_m_s2);
+  hash.add(description.nodes.size(), description.springs.size(), description.rigid_bodies.size(),
+           description.spheres.size(), description.planes.size(), description.materials.size(),
+           description.apart.size());
+  for (const auto& node : description.nodes) hash.add(node.mass_kg, node.is_pinned);
+  for (const auto& spring : description.springs)
+    hash.add(spring.a, spring.b, spring.rest_length_m, spring.stiffness_N_per_m,
+             spring.damping_N_s_per_m);
+  for (const auto& rigid : description.rigid_bodies) {
+    hash.add(rigid.mass_kg, rigid.is_driven);
+    hash.add_vector(rigid.inertia_kg_m2);
+  }
+  for (const auto& sphere : description.spheres) add_sphere(sphere, hash);
+  for (const auto& plane : description.planes) {
+    hash.add(plane.offset_m, plane.material);
+    hash.add_vector(plane.normal);
+  }
+  for (const auto& material : description.materials)
+    hash.add(material.stiffness_N_per_m, material.damping_N_s_per_m, material.friction,
+             material.slip_speed_m_s);
+  for (const auto& [a, b] : description.apart) hash.add(a, b);
+  for (const auto& [a, b] : description.apart_spheres) hash.add(a, b);
+  return hash.value();
+}
 
 void validate(const Description& description) {
   for (std::size_t i = 0; i < description.nodes.size(); ++i)

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -66,5 +67,8 @@ struct Description {
 /// Throws std::invalid_argument where an index is out of range, or a mass, inertia or radius is not
 /// positive.
 void validate(const Description& description);
+
+/// A number that differs between descriptions that differ in anything, but for chance.
+[[nodiscard]] std::uint64_t fingerprint(const Description& description);
 
 }  // namespace stillgrid::dynamics

@@ -32,10 +32,10 @@ int substeps_for(const SpectrumBound& bound) {
   }
 }
 
-void set_velocity(Mover& mover, const Vector4& velocity) {
-  mover.velocity_m_s[0] = static_cast<float>(velocity.x);
-  mover.velocity_m_s[1] = static_cast<float>(velocity.y);
-  mover.velocity_m_s[2] = static_cast<float>(velocity.z);
+void set_vector(float (&to)[3], const Vector4& v) {
+  to[0] = static_cast<float>(v.x);
+  to[1] = static_cast<float>(v.y);
+  to[2] = static_cast<float>(v.z);
 }
 /// How much `now` is more than the float that `before` was rounded to.
 Vector4 change_since(const Vector4& before, const float (&now)[3]) {
@@ -47,16 +47,13 @@ Vector4 change_since(const Vector4& before, const float (&now)[3]) {
 
 Engine::Engine(Description description, SceneState state)
     : description_(validated(std::move(description))),
+      fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
       springs_(description_),
       listing_(description_),
       forces_N_(description_.nodes.size()),
-      ball_radius_m_(description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
       substeps_(substeps_for(spectrum_bound(description_))) {
-  for (std::size_t s = 0; s < description_.spheres.size(); ++s)
-    if (listing_.kinds()[s] == SideKind::kBall)
-      ball_radius_m_[at(description_.spheres[s].rigid)] = description_.spheres[s].radius_m;
   for (std::size_t r = 0; r < description_.rigid_bodies.size(); ++r) {
     if (!description_.rigid_bodies[r].is_driven) continue;
     driven_of_rigid_[r] = static_cast<std::int32_t>(driven_.size());
@@ -88,90 +85,61 @@ void Engine::aim_driven(std::span<const DrivenPose> driven) {
     state_.is_here[r] = is_here;
     const Vector4 way = Vector4(driven[k].position_m) - state_.rigid_position_m[r];
     state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / kTick_s : 0.0) * way;
-    const Eigen::AngleAxisd turn(driven[k].orientation *
-                                 state_.orientation[r].quaternion().conjugate());
-    state_.angular_velocity_rad_s[r] =
-        (is_here != 0 ? 1.0 / kTick_s : 0.0) * Vector4(turn.angle() * turn.axis());
+    const Eigen::Vector3d turn = rotation_vector(driven[k].orientation *
+                                                 state_.orientation[r].quaternion().conjugate());
+    state_.angular_velocity_rad_s[r] = (is_here != 0 ? 1.0 / kTick_s : 0.0) * Vector4(turn);
   }
 }
 
 void Engine::drift(double h) {
   for (std::size_t i = 0; i < state_.node_position_m.size(); ++i)
     state_.node_position_m[i] = state_.node_position_m[i] + h * state_.node_velocity_m_s[i];
-  for (std::size_t r = 0; r < state_.rigid_position_m.size(); ++r) {
+  for (const std::int32_t rigid : others()) {
+    const std::size_t r = at(rigid);
     state_.rigid_position_m[r] = state_.rigid_position_m[r] + h * state_.rigid_velocity_m_s[r];
-    if (ball_radius_m_[r] > 0.0) continue;
     Eigen::Quaterniond orientation = state_.orientation[r].quaternion();
     Eigen::Vector3d spin = state_.angular_velocity_rad_s[r].vector();
-    const Description::Rigid& rigid = description_.rigid_bodies[r];
-    if (rigid.is_driven)
+    const Description::Rigid& body = description_.rigid_bodies[r];
+    if (body.is_driven)
       orientation = turned(orientation, spin, h);
     else
-      turn_freely(orientation, spin, rigid.inertia_kg_m2, h);
+      turn_freely(orientation, spin, body.inertia_kg_m2, h);
     state_.orientation[r] = Vector4(orientation);
     state_.angular_velocity_rad_s[r] = Vector4(spin);
   }
 }
 
-/// Orientations of balls act on nothing, so that once a tick is often enough.
-void Engine::turn_balls() {
-  for (std::size_t r = 0; r < ball_radius_m_.size(); ++r)
-    if (ball_radius_m_[r] > 0.0)
-      state_.orientation[r] = Vector4(turned(state_.orientation[r].quaternion(),
-                                             state_.angular_velocity_rad_s[r].vector(), kTick_s));
-}
-
 void Engine::load_movers() {
-  const std::size_t nodes = state_.node_position_m.size();
-  for (std::size_t i = 0; i < nodes; ++i) {
-    const Description::Node& node = description_.nodes[i];
-    set_velocity(bodies_.movers[i], state_.node_velocity_m_s[i]);
-    bodies_.movers[i].inverse_mass_per_kg =
-        node.is_pinned ? 0.0F : static_cast<float>(1.0 / node.mass_kg);
-  }
-  const auto order = listing_.rigid_order();
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::size_t r = at(order[k]);
-    const Description::Rigid& rigid = description_.rigid_bodies[r];
-    Mover& mover = bodies_.movers[nodes + k];
-    set_velocity(mover, state_.rigid_velocity_m_s[r]);
-    mover.inverse_mass_per_kg = rigid.is_driven ? 0.0F : static_cast<float>(1.0 / rigid.mass_kg);
-    const bool is_ball = ball_radius_m_[r] > 0.0;
-    const Vector4 spin = (is_ball ? ball_radius_m_[r] : 1.0) * state_.angular_velocity_rad_s[r];
-    mover.spin[0] = static_cast<float>(spin.x);
-    mover.spin[1] = static_cast<float>(spin.y);
-    mover.spin[2] = static_cast<float>(spin.z);
-    if (is_ball) continue;
-    InverseInertia& inverse = bodies_.inverse_inertias[nodes + k];
-    inverse = {};
-    if (rigid.is_driven) continue;
-    const Eigen::Matrix3f m =
-        inverse_inertia(state_.orientation[r].quaternion(), rigid.inertia_kg_m2).cast<float>();
-    inverse = {m(0, 0), m(0, 1), m(0, 2), 0.0F, m(1, 1), m(1, 2), m(2, 2), 0.0F};
+  for (std::size_t i = 0; i < state_.node_position_m.size(); ++i)
+    set_vector(bodies_.movers[i].velocity_m_s, state_.node_velocity_m_s[i]);
+  for (const std::int32_t rigid : others()) {
+    const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
+    set_vector(bodies_.movers[m].velocity_m_s, state_.rigid_velocity_m_s[r]);
+    set_vector(bodies_.movers[m].spin, state_.angular_velocity_rad_s[r]);
+    const Description::Rigid& body = description_.rigid_bodies[r];
+    if (body.is_driven) continue;
+    const Eigen::Matrix3f inverse =
+        inverse_inertia(state_.orientation[r].quaternion(), body.inertia_kg_m2).cast<float>();
+    bodies_.inverse_inertias[m] = {inverse(0, 0), inverse(0, 1), inverse(0, 2), 0.0F,
+                                   inverse(1, 1), inverse(1, 2), inverse(2, 2), 0.0F};
   }
 }
 
 void Engine::place_spheres(double h) {
   const double falls = h * h * description_.gravity_m_s2.norm();
-  const auto order = listing_.order();
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::size_t s = at(order[k]);
+  for (const std::int32_t k : other_places_) {
+    const std::size_t s = at(listing_.order()[at(k)]);
     const Description::Sphere& sphere = description_.spheres[s];
     Vector4 centre;
     double speed = 0.0;
     if (sphere.rigid >= 0) {
       const std::size_t r = at(sphere.rigid);
-      centre = state_.rigid_position_m[r];
-      speed = std::sqrt(state_.rigid_velocity_m_s[r].vector().squaredNorm());
-      if (listing_.kinds()[s] != SideKind::kBall) {
-        const Eigen::Vector3d arm = state_.orientation[r].quaternion() * sphere.local_m;
-        centre = centre + Vector4(arm);
-        speed += std::sqrt(state_.angular_velocity_rad_s[r].vector().squaredNorm() *
-                           arm.squaredNorm());
-        bodies_.arms[k] = {{static_cast<float>(arm.x()), static_cast<float>(arm.y()),
-                            static_cast<float>(arm.z())},
-                           static_cast<float>(sphere.radius_m)};
-      }
+      const Eigen::Vector3d arm = state_.orientation[r].quaternion() * sphere.local_m;
+      centre = state_.rigid_position_m[r] + Vector4(arm);
+      speed = state_.rigid_velocity_m_s[r].vector().norm() +
+              state_.angular_velocity_rad_s[r].vector().norm() * arm.norm();
+      set_vector(bodies_.arms[at(k)].arm_m, Vector4(arm));
+      bodies_.arms[at(k)].radius_m = static_cast<float>(sphere.radius_m);
     } else {
       double most = 0.0;
       for (std::size_t n = 0; n < at(sphere.node_count); ++n) {
@@ -181,64 +149,89 @@ void Engine::place_spheres(double h) {
       }
       speed = std::sqrt(most);
     }
-    const Vector4& base = listing_.base()[s];
-    bodies_.places[k] = {{static_cast<float>(centre.x - base.x),
-                          static_cast<float>(centre.y - base.y),
-                          static_cast<float>(centre.z - base.z)},
-                         static_cast<float>(h * speed + falls)};
+    set_vector(bodies_.places[at(k)].moved_m, centre - listing_.base()[at(k)]);
+    bodies_.places[at(k)].reach_m = static_cast<float>(h * speed + falls);
   }
 }
 
 /// Whether no sphere leaves its reach within the tick.
 bool Engine::listing_holds() {
-  if (is_stale_) return false;
+  const double falls = kTick_s * kTick_s * description_.gravity_m_s2.norm();
+  if (is_stale_ || !stay_within(balls_, state_, kTick_s, falls)) return false;
   place_spheres(kTick_s);
-  const auto order = listing_.order();
   bool holds = true;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const SpherePlace& place = bodies_.places[k];
+  for (const std::int32_t k : other_places_) {
+    const SpherePlace& place = bodies_.places[at(k)];
     const float x = place.moved_m[0], y = place.moved_m[1], z = place.moved_m[2];
     const double way = std::sqrt(x * x + y * y + z * z) + place.reach_m;
-    holds = holds && way < listing_.base()[at(order[k])].w;
+    holds = holds && way < listing_.base()[at(k)].w;
   }
   return holds;
 }
 
-void Engine::kick(double h) {
+/// Sets what stays as it is from listing to listing.
+void Engine::take_listing() {
+  const std::size_t nodes = forces_N_.size();
+  balls_.first_mover = nodes;
+  balls_.rigid.clear();
+  balls_.place.clear();
+  balls_.radius_m.clear();
+  balls_.base.clear();
+  other_places_.clear();
+  for (std::size_t k = 0; k < listing_.order().size(); ++k) {
+    const std::size_t s = at(listing_.order()[k]);
+    if (listing_.kinds()[s] != SideKind::kBall) {
+      other_places_.push_back(static_cast<std::int32_t>(k));
+      continue;
+    }
+    balls_.rigid.push_back(description_.spheres[s].rigid);
+    balls_.place.push_back(static_cast<std::int32_t>(k));
+    balls_.radius_m.push_back(static_cast<float>(description_.spheres[s].radius_m));
+    balls_.base.push_back(listing_.base()[k]);
+  }
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const Description::Node& node = description_.nodes[i];
+    bodies_.movers[i].inverse_mass_per_kg =
+        node.is_pinned ? 0.0F : static_cast<float>(1.0 / node.mass_kg);
+  }
+  for (std::size_t k = 0; k < listing_.rigid_order().size(); ++k) {
+    const Description::Rigid& body = description_.rigid_bodies[at(listing_.rigid_order()[k])];
+    bodies_.movers[nodes + k].inverse_mass_per_kg =
+        body.is_driven ? 0.0F : static_cast<float>(1.0 / body.mass_kg);
+    bodies_.inverse_inertias[nodes + k] = {};
+  }
+}
+
+void Engine::kick(double h, const Vector4& falls) {
   std::fill(forces_N_.begin(), forces_N_.end(), Vector4());
   springs_.add_forces(state_.node_position_m, state_.node_velocity_m_s, forces_N_);
-  const Vector4 falls = h * Vector4(description_.gravity_m_s2);
-  const std::size_t nodes = forces_N_.size();
-  for (std::size_t i = 0; i < nodes; ++i) {
+  for (std::size_t i = 0; i < forces_N_.size(); ++i) {
     if (description_.nodes[i].is_pinned) continue;
     Vector4& velocity = state_.node_velocity_m_s[i];
     velocity = velocity + (h / description_.nodes[i].mass_kg) * forces_N_[i] + falls;
-    set_velocity(bodies_.movers[i], velocity);
+    set_vector(bodies_.movers[i].velocity_m_s, velocity);
   }
-  const auto order = listing_.rigid_order();
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (description_.rigid_bodies[at(order[k])].is_driven) continue;
-    Vector4& velocity = state_.rigid_velocity_m_s[at(order[k])];
+  for (const std::int32_t rigid : others()) {
+    if (description_.rigid_bodies[at(rigid)].is_driven) continue;
+    Vector4& velocity = state_.rigid_velocity_m_s[at(rigid)];
     velocity = velocity + falls;
-    set_velocity(bodies_.movers[nodes + k], velocity);
+    set_vector(bodies_.movers[at(listing_.mover_of_rigid()[at(rigid)])].velocity_m_s, velocity);
   }
 }
 
 /// Floats carry only the changes of a substep, so that velocities keep all their digits.
 void Engine::apply_impulses() {
-  const std::size_t nodes = forces_N_.size();
-  for (std::size_t i = 0; i < nodes; ++i) {
+  for (std::size_t i = 0; i < forces_N_.size(); ++i) {
     Vector4& velocity = state_.node_velocity_m_s[i];
     velocity = velocity + change_since(velocity, bodies_.movers[i].velocity_m_s);
   }
-  const auto order = listing_.rigid_order();
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::size_t r = at(order[k]);
+  for (const std::int32_t rigid : others()) {
+    const std::size_t r = at(rigid);
     if (driven_of_rigid_[r] >= 0) continue;
+    const Mover& mover = bodies_.movers[at(listing_.mover_of_rigid()[r])];
     Vector4 &velocity = state_.rigid_velocity_m_s[r], &spin = state_.angular_velocity_rad_s[r];
-    velocity = velocity + change_since(velocity, bodies_.movers[nodes + k].velocity_m_s);
-    const double radius = ball_radius_m_[r] > 0.0 ? ball_radius_m_[r] : 1.0;
-    spin = spin + 1.0 / radius * change_since(radius * spin, bodies_.movers[nodes + k].spin);
+    velocity = velocity + change_since(velocity, mover.velocity_m_s);
+    spin = spin + change_since(spin, mover.spin);
   }
 }
 
@@ -277,14 +270,18 @@ void Engine::note_reactions() {
 void Engine::substep(double h) {
   RowList& rows = listing_.rows();
   const auto step = static_cast<float>(h);
+  const Vector4 falls = h * Vector4(description_.gravity_m_s2);
   drift(0.5 * h);
   load_movers();
   place_spheres(h);
+  start_balls(balls_, state_, bodies_, h, h * h * description_.gravity_m_s2.norm());
   prepare_rows(rows, bodies_, step, live_);
-  kick(h);
+  kick(h, falls);
+  kick_balls(balls_, state_, bodies_, falls);
   warm_start_rows(rows, bodies_, live_);
   for (int k = 0; k < kIterations; ++k) solve_rows(rows, bodies_, live_, k % 2 == 1);
   finish_rows(rows, step, live_);
+  finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();
   if (!driven_.empty()) note_reactions();
   drift(0.5 * h);
@@ -294,10 +291,11 @@ void Engine::step(std::span<const DrivenPose> driven) {
   aim_driven(driven);
   if (!listing_holds()) {
     listing_.list(state_, kTick_s);
+    take_listing();
     is_stale_ = false;
   }
   for (int k = 0; k < substeps_; ++k) substep(kTick_s / substeps_);
-  turn_balls();
+  turn_balls(balls_, state_, kTick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

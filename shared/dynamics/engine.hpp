@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "shared/dynamics/ball_motion.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
@@ -50,6 +51,13 @@ class Engine {
   /// Advances by kTick_s. driven: one pose for each driven body, in the order of the Description.
   void step(std::span<const DrivenPose> driven = {});
 
+  /// Writes all that later steps depend on as one block. Realtime: yes, where the block has had the
+  /// size before.
+  void save(std::vector<std::byte>& block) const;
+  /// Continues from a block of an engine of the same Description, to the bit. Throws
+  /// std::invalid_argument, and changes nothing, where the block is not one of such an engine.
+  void load(std::span<const std::byte> block);
+
   [[nodiscard]] const Description& description() const noexcept { return description_; }
   [[nodiscard]] const SceneState& state() const noexcept { return state_; }
   [[nodiscard]] const ContactListing& listing() const noexcept { return listing_; }
@@ -63,24 +71,31 @@ class Engine {
   void drift(double duration_s);
   void load_movers();
   void place_spheres(double substep_s);
-  void kick(double substep_s);
+  void take_listing();
+  void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
   void substep(double substep_s);
-  void turn_balls();
+  /// Rigid bodies that are no balls.
+  [[nodiscard]] std::span<const std::int32_t> others() const {
+    return listing_.rigid_order().subspan(balls_.rigid.size());
+  }
 
   Description description_;
+  std::uint64_t fingerprint_;
   SceneState state_;
   SpringTable springs_;
   ContactListing listing_;
   ContactBodies bodies_;
   LiveRows live_;
   std::vector<Vector4> forces_N_;              // on nodes
-  std::vector<double> ball_radius_m_;          // of each rigid body that is a ball; of others 0
+  BallList balls_;
+  std::vector<std::int32_t> other_places_;     // of spheres that are no balls
   std::vector<std::size_t> driven_;            // rigid bodies
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_
   std::vector<DrivenReaction> reactions_;      // as driven_
+  mutable ContactListing::Saved saved_;        // scratch of save() and load()
   bool is_stale_ = true;                       // contacts must be listed before the next tick
   int substeps_ = 1;
 };

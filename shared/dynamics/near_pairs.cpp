@@ -64,6 +64,7 @@ HWY_EXPORT(SearchCells);
 namespace {
 
 constexpr std::size_t kPadding = 16;      // lanes of the widest vector
+constexpr double kFarthest_m = 1e12;       // what is farther does not shape the grid
 constexpr double kRounding = 1e-6;        // of floats, as a share of the extent of the grid
 constexpr int kMaxCellsPerAxis = 1 << 9;  // so that their product is an int
 
@@ -73,13 +74,13 @@ double axis(const Vector4& v, int k) {
 
 /// Mean and three standard deviations along an axis, twice without what is farther out.
 std::pair<double, double> bulk(std::span<const Vector4> balls, int k) {
-  double low = -1e300, high = 1e300, mean = 0.0, wide = 0.0;
+  double low = -kFarthest_m, high = kFarthest_m, mean = 0.0, wide = 0.0;
   for (int pass = 0; pass < 3; ++pass) {
     double sum = 0.0, squares = 0.0, count = 0.0;
     const double middle = mean;
     for (const Vector4& ball : balls) {
       const double x = axis(ball, k) - middle;
-      if (x + middle < low || x + middle > high) continue;
+      if (!(x + middle >= low && x + middle <= high)) continue;  // or is no number
       sum += x, squares += x * x, count += 1.0;
     }
     if (count == 0.0) break;
@@ -119,8 +120,8 @@ void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
   const std::size_t n = balls.size();
   const auto& count = cells_.count;
   const auto index = [&](double x, std::size_t k) {
-    const double cell = std::floor((x - corner_m_[k]) / width_m_);
-    return 1 + static_cast<int>(std::clamp(cell, 0.0, double(count[k] - 3)));
+    const double cell = (x - corner_m_[k]) / width_m_;
+    return cell > 0.0 ? 1 + static_cast<int>(std::min<double>(cell, count[k] - 3)) : 1;
   };
   next_.resize(n);
   cells_.start.assign(static_cast<std::size_t>(count[0] * count[1] * count[2]) + 1, 0);

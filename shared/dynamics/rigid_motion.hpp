@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace stillgrid::dynamics {
 
@@ -12,17 +13,48 @@ namespace stillgrid::dynamics {
   return axes * inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
 }
 
+/// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a series
+/// instead of functions of the C library, which round differently on different processors.
+[[nodiscard]] inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) {
+  const double square = 0.25 * turn_rad.squaredNorm();  // of the half angle
+  if (square > 0.25) {
+    const Eigen::Quaterniond half = rotation_by(0.5 * turn_rad);
+    return (half * half).normalized();
+  }
+  double cosine = 1.0, sine = 1.0;  // the latter over the half angle
+  for (double k = square < 1e-3 ? 6.0 : 14.0; k > 0.0; k -= 2.0) {  // to 1e-16 either way
+    cosine = 1.0 - square / (k * (k - 1.0)) * cosine;
+    sine = 1.0 - square / (k * (k + 1.0)) * sine;
+  }
+  const Eigen::Vector3d part = 0.5 * sine * turn_rad;
+  return {cosine, part.x(), part.y(), part.z()};
+}
+
+/// The shortest vector v with rotation_by(v) = rotation, in rad. rotation: a unit quaternion.
+[[nodiscard]] inline Eigen::Vector3d rotation_vector(Eigen::Quaterniond rotation) {
+  if (rotation.w() < 0.0) rotation.coeffs() *= -1.0;
+  double times = 2.0;
+  while (rotation.vec().squaredNorm() > 0.01) {  // halves the angle
+    rotation.w() += 1.0;
+    rotation.normalize();
+    times *= 2.0;
+  }
+  // asin(s) / s = 1 + s^2/6 + 3 s^4/40 + ...
+  const double square = rotation.vec().squaredNorm();
+  double term = 1.0, sum = 1.0;
+  for (double k = 1.0; k < 16.0; k += 2.0) {
+    term *= square * k / (k + 1.0);
+    sum += term / (k + 2.0);
+  }
+  return times * sum * rotation.vec();
+}
+
 /// Orientation after `duration_s` at a constant angular velocity in rad/s, in the frame of the
-/// world. Exact.
+/// world. Exact to rounding.
 [[nodiscard]] inline Eigen::Quaterniond turned(const Eigen::Quaterniond& orientation,
                                                const Eigen::Vector3d& angular_velocity_rad_s,
                                                double duration_s) {
-  const Eigen::Vector3d turn = duration_s * angular_velocity_rad_s;
-  const double angle = turn.norm();
-  if (angle == 0.0) return orientation;
-  const Eigen::Vector3d part = std::sin(0.5 * angle) / angle * turn;
-  const Eigen::Quaterniond by(std::cos(0.5 * angle), part.x(), part.y(), part.z());
-  return (by * orientation).normalized();
+  return (rotation_by(duration_s * angular_velocity_rad_s) * orientation).normalized();
 }
 
 /// Turns a body without torque for `duration_s` by Heun's method; keeps its angular momentum to

@@ -1,0 +1,100 @@
+// A listing as part of a saved state.
+#include <cmath>
+#include <stdexcept>
+
+#include "shared/dynamics/contact_listing.hpp"
+#include "shared/dynamics/contact_history.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+std::size_t at(std::int32_t index) {
+  return static_cast<std::size_t>(index);
+}
+
+void require(bool is_right) {
+  if (!is_right) throw std::invalid_argument("the block is not a listing of this scene");
+}
+
+/// Whether the numbers are 0 to size - 1, each once.
+bool is_permutation(const std::vector<std::int32_t>& numbers, std::size_t size) {
+  std::vector<std::uint8_t> seen(size);
+  for (const std::int32_t number : numbers) {
+    if (number < 0 || at(number) >= size || seen[at(number)] != 0) return false;
+    seen[at(number)] = 1;
+  }
+  return numbers.size() == size;
+}
+
+}  // namespace
+
+void ContactListing::check(const Saved& saved) const {
+  const std::size_t spheres = description_.spheres.size(), lanes = saved.sphere_a.size();
+  require(saved.base.size() == spheres && is_permutation(saved.order, spheres));
+  for (const Vector4& base : saved.base)
+    require(std::isfinite(base.x + base.y + base.z) && base.w > 0.0 && std::isfinite(base.w));
+  require(lanes % kRowLanes == 0 && saved.sphere_b.size() == lanes &&
+          saved.history.size() == lanes);
+  std::size_t end = 0;
+  for (const RowGroup& group : saved.groups) {
+    require(group.first == end && group.end > end && group.end <= lanes / kRowLanes);
+    require(group.a < SideKind::kPlane && group.b <= SideKind::kPlane);
+    end = group.end;
+    const bool is_plane = group.b == SideKind::kPlane;
+    const std::size_t others = is_plane ? description_.planes.size() : spheres;
+    for (std::size_t i = kRowLanes * group.first; i < kRowLanes * end; ++i) {
+      if (saved.sphere_a[i] < 0) continue;
+      require(at(saved.sphere_a[i]) < spheres && saved.sphere_b[i] >= 0 &&
+              at(saved.sphere_b[i]) < others);
+      require(kinds_[at(saved.order[at(saved.sphere_a[i])])] == group.a);
+      require(is_plane || kinds_[at(saved.order[at(saved.sphere_b[i])])] == group.b);
+    }
+  }
+  require(end == lanes / kRowLanes);
+}
+
+void ContactListing::save(Saved& saved) const {
+  saved.base = base_;
+  saved.order = order_;
+  saved.groups = rows_.groups;
+  saved.sphere_a.clear();
+  saved.sphere_b.clear();
+  saved.history.clear();
+  for (std::size_t row = 0; row < rows_.rows.size(); ++row)
+    for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+      const RowPlace& place = rows_.places[row];
+      saved.sphere_a.push_back(is_used(row, lane) ? place.sphere_a[lane] : -1);
+      saved.sphere_b.push_back(is_used(row, lane) ? place.sphere_b[lane] : -1);
+      saved.history.push_back(history_of(rows_.rows[row], place, lane));
+    }
+}
+
+void ContactListing::clear() {
+  rows_.groups.clear();
+  rows_.rows.clear();
+  rows_.places.clear();
+}
+
+void ContactListing::load(const Saved& saved) {
+  check(saved);
+  base_ = saved.base;
+  order_ = saved.order;
+  order_movers();
+  collect_near();
+  rows_.groups = saved.groups;
+  rows_.rows.resize(saved.sphere_a.size() / kRowLanes);
+  rows_.places.resize(rows_.rows.size());
+  const auto each = [&](const auto& visit) {
+    for (std::size_t i = 0; i < saved.sphere_a.size(); ++i) visit(i / kRowLanes, i % kRowLanes, i);
+  };
+  each([&](std::size_t row, std::size_t lane, std::size_t i) {
+    rows_.places[row].sphere_a[lane] = saved.sphere_a[i];
+    rows_.places[row].sphere_b[lane] = saved.sphere_b[i];
+  });
+  derive();
+  each([&](std::size_t row, std::size_t lane, std::size_t i) {
+    set_history(saved.history[i], rows_.rows[row], rows_.places[row], lane);
+  });
+}
+
+}  // namespace stillgrid::dynamics
