@@ -11,7 +11,8 @@ struct ContactHistory {
   float push_N_s = 0.0F, drag_N_s[3] = {}, stretch_m[3] = {};
 };
 
-[[nodiscard]] inline ContactHistory history_of(const ContactRow& row, const RowPlace& place, std::size_t lane) {
+[[nodiscard]] inline ContactHistory history_of(const ContactRow& row, const RowPlace& place,
+                                               std::size_t lane) {
   ContactHistory history{.push_N_s = row.push_N_s[lane]};
   for (std::size_t k = 0; k < 3; ++k) {
     history.drag_N_s[k] = row.drag_N_s[k][lane];
@@ -21,7 +22,7 @@ struct ContactHistory {
 }
 
 inline void set_history(const ContactHistory& history, ContactRow& row, RowPlace& place,
-                 std::size_t lane) {
+                        std::size_t lane) {
   row.push_N_s[lane] = history.push_N_s;
   for (std::size_t k = 0; k < 3; ++k) {
     row.drag_N_s[k][lane] = history.drag_N_s[k];

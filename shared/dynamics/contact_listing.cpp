@@ -8,13 +8,13 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::size_t kKinds = 3;             // without planes
-constexpr double kSkin = 0.03;                // of a radius: a sphere at rest may move by it
-constexpr double kTicksAhead = 20.0;          // that the listing of a slow sphere lasts
-constexpr double kFarthestAhead = 0.2;        // of a radius, beyond the next tick
-constexpr double kTouching = 1e-3;            // of the radii: the gap that rows of the touching have
-constexpr double kBallInertia = 0.4;          // of mass times square of radius
-constexpr double kInertiaTolerance = 1e-9;    // share by which that of a ball may differ
+constexpr std::size_t kKinds = 3;           // without planes
+constexpr double kSkin = 0.03;              // of a radius: a sphere at rest may move by it
+constexpr double kTicksAhead = 20.0;        // that the listing of a slow sphere lasts
+constexpr double kFarthestAhead = 0.2;      // of a radius, beyond the next tick
+constexpr double kTouching = 1e-3;          // of the radii: the gap that rows of the touching have
+constexpr double kBallInertia = 0.4;        // of mass times square of radius
+constexpr double kInertiaTolerance = 1e-9;  // share by which that of a ball may differ
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -68,9 +68,13 @@ Vector4 sphere_position_m(const Description::Sphere& sphere, const SceneState& s
 
 ContactListing::ContactListing(const Description& description)
     : description_(description), candidates_(kKinds + 2 * kKinds * kKinds) {
+  // Balls are alone on their body, and feel contacts and gravity only.
   std::vector<int> spheres(description.rigid_bodies.size());
   for (const Description::Sphere& sphere : description.spheres)
     if (sphere.rigid >= 0) ++spheres[at(sphere.rigid)];
+  for (const Description::Joint& joint : description.joints)
+    for (const Description::JointEnd& end : {joint.a, joint.b})
+      if (end.rigid >= 0) spheres[at(end.rigid)] += 2;
   for (const Description::Sphere& sphere : description.spheres) {
     SideKind kind = side_kind(description, sphere);
     if (kind == SideKind::kBall && spheres[at(sphere.rigid)] > 1) kind = SideKind::kRigid;
@@ -96,7 +100,7 @@ void ContactListing::bound_ways(const SceneState& state, double tick_s) {
     const double next = speed_m_s(sphere, state) * tick_s;
     bases_[s] = sphere_position_m(sphere, state);
     bases_[s].w = kSkin * sphere.radius_m + falls +
-                 std::min(kTicksAhead * next, next + kFarthestAhead * sphere.radius_m);
+                  std::min(kTicksAhead * next, next + kFarthestAhead * sphere.radius_m);
     if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
     here_.push_back(static_cast<std::int32_t>(s));
     balls_.push_back(bases_[s]);

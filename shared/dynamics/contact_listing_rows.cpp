@@ -51,8 +51,8 @@ void ContactListing::remember() {
   known_.resize(at(first_known_.back()));
   each([&](const Key& key, std::size_t row, std::size_t lane) {
     const ContactHistory history = history_of(rows_.rows[row], rows_.places[row], lane);
-    known_[at(first_known_[at(key.first)]++)] = {
-        key.second, key.is_reversed ? reversed(history) : history};
+    known_[at(first_known_[at(key.first)]++)] = {key.second,
+                                                 key.is_reversed ? reversed(history) : history};
   });
   std::copy_backward(first_known_.begin(), first_known_.end() - 1, first_known_.end());
   first_known_.front() = 0;

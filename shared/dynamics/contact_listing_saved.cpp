@@ -2,8 +2,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_history.hpp"
+#include "shared/dynamics/contact_listing.hpp"
 
 namespace stillgrid::dynamics {
 namespace {

@@ -57,13 +57,13 @@ struct alignas(64) RigidSide {
 /// All that an iteration over one row reads and writes. Impulses are in N s and act on side a.
 struct alignas(64) ContactRow {
   RowIndices mover_a, mover_b;
-  RowFloats normal[3];  // from b to a
+  RowFloats normal[3];               // from b to a
   RowFloats spring_N_s, damper_N_s;  // at zero normal velocity at the end of the substep
   RowFloats hold_N_s[3];             // of friction, at zero slip at the end of the substep
   RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
   RowFloats inverse_spring, inverse_both;                     // of the implicit equations
   RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
-  RowFloats lever;  // distance of the centres over the sum of the radii
+  RowFloats lever;                      // distance of the centres over the sum of the radii
   RowFloats friction, viscous_s_per_m;  // the latter is zero where friction sticks
   RowFloats push_N_s, drag_N_s[3];      // the impulses of the last substep: normal and friction
 };
@@ -80,7 +80,7 @@ struct alignas(64) RowPlace {
 /// A run of rows whose sides are of the same kinds.
 struct RowGroup {
   SideKind a = SideKind::kBall, b = SideKind::kBall;
-  std::size_t first = 0, end = 0;            // rows
+  std::size_t first = 0, end = 0;                  // rows
   std::size_t first_side_a = 0, first_side_b = 0;  // into soft_sides or rigid_sides
 };
 
@@ -96,7 +96,8 @@ struct RowList {
 /// Movers and spheres that rows refer to.
 struct ContactBodies {
   std::vector<Mover> movers;  // nodes, then rigid bodies, then one that never moves
-  std::vector<InverseInertia> inverse_inertias;  // as movers; only of rigid bodies that are no balls
+  std::vector<InverseInertia>
+      inverse_inertias;  // as movers; only of rigid bodies that are no balls
   std::vector<SpherePlace> places;
   std::vector<SphereArm> arms;
 };

@@ -1,6 +1,7 @@
 #include "shared/dynamics/contact_solver.hpp"
 
-// SSSE3 is no faster here than a scalar; SVE has vectors of unknown size, which no structure may hold.
+// SSSE3 is no faster here than a scalar; SVE has vectors of unknown size, which no structure may
+// hold.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2)
 // One code for every instruction set that Highway knows; the best is chosen when the program runs.
 #undef HWY_TARGET_INCLUDE
@@ -18,17 +19,24 @@ template <class Visit>
 HWY_INLINE void WithSides(const RowGroup& group, const Visit& visit) {
   const auto with_b = [&](auto a) HWY_ATTR {
     switch (group.b) {
-      case SideKind::kBall: return visit(a, BallSide<-1>());
-      case SideKind::kRigid: return visit(a, RigidBodySide<-1>());
-      case SideKind::kSoft: return visit(a, SoftBodySide<-1>());
-      case SideKind::kPlane: return visit(a, PlaneSide());
+      case SideKind::kBall:
+        return visit(a, BallSide<-1>());
+      case SideKind::kRigid:
+        return visit(a, RigidBodySide<-1>());
+      case SideKind::kSoft:
+        return visit(a, SoftBodySide<-1>());
+      case SideKind::kPlane:
+        return visit(a, PlaneSide());
     }
   };
   // Sides are listed in the order of their kinds, and no plane is side a.
   switch (group.a) {
-    case SideKind::kBall: return with_b(BallSide<1>());
-    case SideKind::kRigid: return with_b(RigidBodySide<1>());
-    default: return with_b(SoftBodySide<1>());
+    case SideKind::kBall:
+      return with_b(BallSide<1>());
+    case SideKind::kRigid:
+      return with_b(RigidBodySide<1>());
+    default:
+      return with_b(SoftBodySide<1>());
   }
 }
 
@@ -62,8 +70,8 @@ HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodi
   }
   const Column radii = Get(place.radii_m, i);
   depth = radii - distance;
-  const auto may_touch = hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)),
-                                hn::Gt(Get(row.push_N_s, i), All(0.0F)));
+  const auto may_touch =
+      hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)), hn::Gt(Get(row.push_N_s, i), All(0.0F)));
   if (hn::AllFalse(Floats(), may_touch)) return false;
   // Else the neighbours in a vector would decide whether a lane is solved.
   depth = hn::IfThenElse(may_touch, depth, All(-1e6F));
@@ -192,31 +200,30 @@ template <class A, class B>
 HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
                          std::size_t index) {
   ContactRow& row = list.rows[index];
-  EachVector(list, bodies, group, index,
-             [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
-               if (!IsSolved(row, i)) return;
-               A a;
-               B b;
-               a.Load(row, side_a);
-               b.Load(row, side_b);
-               const Column3 normal = Get(row.normal, i);
-               const Column lever = Get(row.lever, i);
-               const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
-               const Column un = Dot(u, normal), push_before = Get(row.push_N_s, i);
-               const Column push =
-                   SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, i);
-               const Column3 drag_before = Get(row.drag_N_s, i);
-               const Column3 slip =
-                   (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
-               const Column3 drag = SolveDrag(row, slip, push, i);
-               Put(push, row.push_N_s, i);
-               Put(drag, row.drag_N_s, i);
-               const Column3 change = (push - push_before) * normal + (drag - drag_before);
-               a.Push(change, normal, lever);
-               b.Push(change, normal, lever);
-               a.Store(row, side_a);
-               b.Store(row, side_b);
-             });
+  EachVector(
+      list, bodies, group, index,
+      [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
+        if (!IsSolved(row, i)) return;
+        A a;
+        B b;
+        a.Load(row, side_a);
+        b.Load(row, side_b);
+        const Column3 normal = Get(row.normal, i);
+        const Column lever = Get(row.lever, i);
+        const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
+        const Column un = Dot(u, normal), push_before = Get(row.push_N_s, i);
+        const Column push = SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, i);
+        const Column3 drag_before = Get(row.drag_N_s, i);
+        const Column3 slip = (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
+        const Column3 drag = SolveDrag(row, slip, push, i);
+        Put(push, row.push_N_s, i);
+        Put(drag, row.drag_N_s, i);
+        const Column3 change = (push - push_before) * normal + (drag - drag_before);
+        a.Push(change, normal, lever);
+        b.Push(change, normal, lever);
+        a.Store(row, side_a);
+        b.Store(row, side_b);
+      });
 }
 
 void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {

@@ -56,10 +56,17 @@ void add_sphere(const Description::Sphere& sphere, Hash& hash) {
   for (const double weight : sphere.weights) hash.add(weight);
 }
 
+void validate_end(const Description& description, const Description::JointEnd& end, std::size_t i) {
+  require(end.node < 0 || is_index(end.node, description.nodes), "unknown node of joint", i);
+  require(end.rigid < 0 || is_index(end.rigid, description.rigid_bodies),
+          "unknown rigid body of joint", i);
+}
+
 }  // namespace
 
 std::uint64_t fingerprint(const Description& description) {
   Hash hash;
+  hash.add(description.tick_s, description.joints.size());
   hash.add_vector(description.gravity_m_s2);
   hash.add(description.nodes.size(), description.springs.size(), description.rigid_bodies.size(),
            description.spheres.size(), description.planes.size(), description.materials.size(),
@@ -68,6 +75,13 @@ std::uint64_t fingerprint(const Description& description) {
   for (const auto& spring : description.springs)
     hash.add(spring.a, spring.b, spring.rest_length_m, spring.stiffness_N_per_m,
              spring.damping_N_s_per_m);
+  for (const auto& joint : description.joints) {
+    hash.add(joint.rest_length_m, joint.stiffness_N_per_m, joint.damping_N_s_per_m);
+    for (const auto& end : {joint.a, joint.b}) {
+      hash.add(end.node, end.rigid);
+      hash.add_vector(end.point_m);
+    }
+  }
   for (const auto& rigid : description.rigid_bodies) {
     hash.add(rigid.mass_kg, rigid.is_driven);
     hash.add_vector(rigid.inertia_kg_m2);
@@ -86,6 +100,7 @@ std::uint64_t fingerprint(const Description& description) {
 }
 
 void validate(const Description& description) {
+  require(description.tick_s > 0.0, "expected a positive tick, of scene", 0);
   for (std::size_t i = 0; i < description.nodes.size(); ++i)
     require(description.nodes[i].is_pinned || description.nodes[i].mass_kg > 0.0,
             "expected a positive mass of node", i);
@@ -93,6 +108,10 @@ void validate(const Description& description) {
     require(is_index(description.springs[i].a, description.nodes) &&
                 is_index(description.springs[i].b, description.nodes),
             "unknown node of spring", i);
+  for (std::size_t i = 0; i < description.joints.size(); ++i) {
+    validate_end(description, description.joints[i].a, i);
+    validate_end(description, description.joints[i].b, i);
+  }
   for (std::size_t i = 0; i < description.rigid_bodies.size(); ++i) {
     const Description::Rigid& rigid = description.rigid_bodies[i];
     require(rigid.is_driven || (rigid.mass_kg > 0.0 && rigid.inertia_kg_m2.minCoeff() > 0.0),

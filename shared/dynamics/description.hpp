@@ -25,10 +25,23 @@ struct Description {
     double stiffness_N_per_m = 0.0;
     double damping_N_s_per_m = 0.0;
   };
+  /// An end of a joint: a node, a point in the frame of a rigid body, or else a place of the world.
+  struct JointEnd {
+    int node = -1, rigid = -1;
+    Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
+  };
+  /// A spring with a damper between two ends. It acts along the line between them on two nodes, and
+  /// alike in every direction on other ends. A rest length above zero is for two nodes.
+  struct Joint {
+    JointEnd a, b;
+    double rest_length_m = 0.0;
+    double stiffness_N_per_m = 0.0;
+    double damping_N_s_per_m = 0.0;
+  };
   /// A rigid body that moves by forces, or a driven one: its pose is an input of each tick. Tools,
   /// prescribed bodies and bodies that never move are driven.
   struct Rigid {
-    double mass_kg = 0.0;                                      // ignored where driven
+    double mass_kg = 0.0;                                     // ignored where driven
     Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal axes are the body's frame
     bool is_driven = false;
   };
@@ -53,14 +66,16 @@ struct Description {
     int material = 0;
   };
 
+  double tick_s = 1e-3;  // of physics; a tick is divided as the stiffness of springs asks
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
   std::vector<Node> nodes;
   std::vector<Spring> springs;
+  std::vector<Joint> joints;
   std::vector<Rigid> rigid_bodies;
   std::vector<Sphere> spheres;
   std::vector<Plane> planes;
   std::vector<collision::ContactMaterial> materials;
-  std::vector<std::pair<int, int>> apart;          // bodies that never collide, smaller first, sorted
+  std::vector<std::pair<int, int>> apart;  // bodies that never collide, smaller first, sorted
   std::vector<std::pair<int, int>> apart_spheres;  // spheres of one body, likewise
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "shared/dynamics/rigid_motion.hpp"
+#include "shared/dynamics/spectrum_bound.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -23,12 +24,13 @@ Description validated(Description description) {
 }
 
 /// Position Verlet is stable where (h w)^2 / 4 + h d / 2 < 1 for the fastest vibration w and the
-/// strongest damper d; both are bounds already.
-int substeps_for(const SpectrumBound& bound) {
-  constexpr double kMost = 0.9;
+/// strongest damper d, and errs by (h w)^2 / 24 of the phase.
+int substeps_for(const SpectrumBound& bound, double tick_s) {
+  constexpr double kMostStable = 0.9, kMostTurn_rad = 1.0;
   for (int substeps = 1;; ++substeps) {
-    const double h = kTick_s / substeps, turn = h * bound.frequency_rad_s;
-    if (0.25 * turn * turn + 0.5 * h * bound.damping_per_s <= kMost) return substeps;
+    const double h = tick_s / substeps, turn = h * bound.frequency_rad_s;
+    const double share = 0.25 * turn * turn + 0.5 * h * bound.damping_per_s;
+    if (share <= kMostStable && turn <= kMostTurn_rad) return substeps;
   }
 }
 
@@ -52,8 +54,9 @@ Engine::Engine(Description description, SceneState state)
       springs_(description_),
       listing_(description_),
       forces_N_(description_.nodes.size()),
+      wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
-      substeps_(substeps_for(spectrum_bound(description_))) {
+      substeps_(substeps_for(spectrum_bound(description_), description_.tick_s)) {
   for (std::size_t r = 0; r < description_.rigid_bodies.size(); ++r) {
     if (!description_.rigid_bodies[r].is_driven) continue;
     driven_of_rigid_[r] = static_cast<std::int32_t>(driven_.size());
@@ -79,15 +82,16 @@ void Engine::aim_driven(std::span<const DrivenPose> driven) {
     is_stale_ = is_stale_ || is_here != state_.is_here[r];
     if (is_here > state_.is_here[r]) {
       state_.rigid_position_m[r] =
-          Vector4(driven[k].position_m - kTick_s * driven[k].velocity_m_s);
+          Vector4(driven[k].position_m - description_.tick_s * driven[k].velocity_m_s);
       state_.orientation[r] = Vector4(driven[k].orientation);
     }
     state_.is_here[r] = is_here;
     const Vector4 way = Vector4(driven[k].position_m) - state_.rigid_position_m[r];
-    state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / kTick_s : 0.0) * way;
-    const Eigen::Vector3d turn = rotation_vector(driven[k].orientation *
-                                                 state_.orientation[r].quaternion().conjugate());
-    state_.angular_velocity_rad_s[r] = (is_here != 0 ? 1.0 / kTick_s : 0.0) * Vector4(turn);
+    state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / description_.tick_s : 0.0) * way;
+    const Eigen::Vector3d turn =
+        rotation_vector(driven[k].orientation * state_.orientation[r].quaternion().conjugate());
+    state_.angular_velocity_rad_s[r] =
+        (is_here != 0 ? 1.0 / description_.tick_s : 0.0) * Vector4(turn);
   }
 }
 
@@ -156,9 +160,9 @@ void Engine::place_spheres(double h) {
 
 /// Whether no sphere leaves its reach within the tick.
 bool Engine::listing_holds() {
-  const double falls = kTick_s * kTick_s * description_.gravity_m_s2.norm();
-  if (is_stale_ || !stay_within(balls_, state_, kTick_s, falls)) return false;
-  place_spheres(kTick_s);
+  const double falls = description_.tick_s * description_.tick_s * description_.gravity_m_s2.norm();
+  if (is_stale_ || !stay_within(balls_, state_, description_.tick_s, falls)) return false;
+  place_spheres(description_.tick_s);
   bool holds = true;
   for (const std::int32_t k : other_places_) {
     const SpherePlace& place = bodies_.places[at(k)];
@@ -205,6 +209,8 @@ void Engine::take_listing() {
 void Engine::kick(double h, const Vector4& falls) {
   std::fill(forces_N_.begin(), forces_N_.end(), Vector4());
   springs_.add_forces(state_.node_position_m, state_.node_velocity_m_s, forces_N_);
+  std::fill(wrenches_.begin(), wrenches_.end(), Wrench());
+  add_joint_forces(description_, state_, forces_N_, wrenches_);
   for (std::size_t i = 0; i < forces_N_.size(); ++i) {
     if (description_.nodes[i].is_pinned) continue;
     Vector4& velocity = state_.node_velocity_m_s[i];
@@ -212,10 +218,19 @@ void Engine::kick(double h, const Vector4& falls) {
     set_vector(bodies_.movers[i].velocity_m_s, velocity);
   }
   for (const std::int32_t rigid : others()) {
-    if (description_.rigid_bodies[at(rigid)].is_driven) continue;
-    Vector4& velocity = state_.rigid_velocity_m_s[at(rigid)];
+    const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
+    const Description::Rigid& body = description_.rigid_bodies[r];
+    if (body.is_driven) continue;
+    Vector4 &velocity = state_.rigid_velocity_m_s[r], &spin = state_.angular_velocity_rad_s[r];
     velocity = velocity + falls;
-    set_vector(bodies_.movers[at(listing_.mover_of_rigid()[at(rigid)])].velocity_m_s, velocity);
+    if (!wrenches_.empty()) {
+      velocity = velocity + h / body.mass_kg * Vector4(wrenches_[r].force_N);
+      spin = spin +
+             h * Vector4(inverse_inertia(state_.orientation[r].quaternion(), body.inertia_kg_m2) *
+                         wrenches_[r].torque_N_m);
+    }
+    set_vector(bodies_.movers[m].velocity_m_s, velocity);
+    set_vector(bodies_.movers[m].spin, spin);
   }
 }
 
@@ -290,12 +305,12 @@ void Engine::substep(double h) {
 void Engine::step(std::span<const DrivenPose> driven) {
   aim_driven(driven);
   if (!listing_holds()) {
-    listing_.list(state_, kTick_s);
+    listing_.list(state_, description_.tick_s);
     take_listing();
     is_stale_ = false;
   }
-  for (int k = 0; k < substeps_; ++k) substep(kTick_s / substeps_);
-  turn_balls(balls_, state_, kTick_s);
+  for (int k = 0; k < substeps_; ++k) substep(description_.tick_s / substeps_);
+  turn_balls(balls_, state_, description_.tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

@@ -10,20 +10,18 @@
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
+#include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/spring_table.hpp"
 
 namespace stillgrid::dynamics {
-
-/// A tick of physics, the period of the haptic loop.
-inline constexpr double kTick_s = 1e-3;
 
 /// Where a driven body is at the end of a tick. Within the tick it moves evenly.
 struct DrivenPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  // used in the tick in which it appears
-  bool is_here = true;  // false: it is away, and touches nothing
+  bool is_here = true;                                     // false: it is away, and touches nothing
 };
 
 /// What pushed a driven body in a tick, in the frame of the world.
@@ -48,7 +46,7 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Advances by kTick_s. driven: one pose for each driven body, in the order of the Description.
+  /// Advances by a tick. driven: one pose for each driven body, in the order of the Description.
   void step(std::span<const DrivenPose> driven = {});
 
   /// Writes all that later steps depend on as one block. Realtime: yes, where the block has had the
@@ -88,7 +86,8 @@ class Engine {
   ContactListing listing_;
   ContactBodies bodies_;
   LiveRows live_;
-  std::vector<Vector4> forces_N_;              // on nodes
+  std::vector<Vector4> forces_N_;  // on nodes
+  std::vector<Wrench> wrenches_;   // on rigid bodies; empty without joints
   BallList balls_;
   std::vector<std::int32_t> other_places_;     // of spheres that are no balls
   std::vector<std::size_t> driven_;            // rigid bodies

@@ -105,14 +105,12 @@ void Engine::load(std::span<const std::byte> block) {
   Reader reader(block);
   if (reader.number() != kFormat)
     throw std::invalid_argument("the block is not of this version of the engine");
-  if (reader.number() != fingerprint_)
-    throw std::invalid_argument("the block is of another scene");
+  if (reader.number() != fingerprint_) throw std::invalid_argument("the block is of another scene");
   SceneState state;
   state.tick = reader.number();
   const bool is_stale = reader.number() != 0;
   each_array(
-      state,
-      [&](auto& values) { reader.read_as_many(values, description_.nodes.size()); },
+      state, [&](auto& values) { reader.read_as_many(values, description_.nodes.size()); },
       [&](auto& values) { reader.read_as_many(values, description_.rigid_bodies.size()); });
   reader.read(saved_.base);
   reader.read(saved_.order);

@@ -36,9 +36,9 @@ void SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& pairs) {
     for (int range = 0; range < 5; ++range) {
       for (std::int32_t j = firsts[range]; j < ends[range]; j += lanes) {
         const auto dx = hn::Sub(hn::LoadU(d, x + j), xi), dy = hn::Sub(hn::LoadU(d, y + j), yi);
-        const auto dz = hn::Sub(hn::LoadU(d, z + j), zi), sum = hn::Add(hn::LoadU(d, radius + j), ri);
-        const auto square =
-            hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+        const auto dz = hn::Sub(hn::LoadU(d, z + j), zi),
+                   sum = hn::Add(hn::LoadU(d, radius + j), ri);
+        const auto square = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
         const auto hit = hn::Lt(square, hn::Mul(sum, sum));
         if (hn::AllFalse(d, hit)) continue;
         std::uint8_t bytes[8] = {};
@@ -64,7 +64,7 @@ HWY_EXPORT(SearchCells);
 namespace {
 
 constexpr std::size_t kPadding = 16;      // lanes of the widest vector
-constexpr double kFarthest_m = 1e12;       // what is farther does not shape the grid
+constexpr double kFarthest_m = 1e12;      // what is farther does not shape the grid
 constexpr double kRounding = 1e-6;        // of floats, as a share of the extent of the grid
 constexpr int kMaxCellsPerAxis = 1 << 9;  // so that their product is an int
 
@@ -126,8 +126,8 @@ void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
   next_.resize(n);
   cells_.start.assign(static_cast<std::size_t>(count[0] * count[1] * count[2]) + 1, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    next_[i] = (index(balls[i].x, 0) * count[1] + index(balls[i].y, 1)) * count[2] +
-               index(balls[i].z, 2);
+    next_[i] =
+        (index(balls[i].x, 0) * count[1] + index(balls[i].y, 1)) * count[2] + index(balls[i].z, 2);
     ++cells_.start[static_cast<std::size_t>(next_[i]) + 1];
   }
   for (std::size_t k = 1; k < cells_.start.size(); ++k) cells_.start[k] += cells_.start[k - 1];

@@ -13,8 +13,8 @@ namespace stillgrid::dynamics {
   return axes * inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
 }
 
-/// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a series
-/// instead of functions of the C library, which round differently on different processors.
+/// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a
+/// series instead of functions of the C library, which round differently on different processors.
 [[nodiscard]] inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) {
   const double square = 0.25 * turn_rad.squaredNorm();  // of the half angle
   if (square > 0.25) {
@@ -72,7 +72,8 @@ inline void turn_freely(Eigen::Quaterniond& orientation, Eigen::Vector3d& angula
     return q * (q.conjugate() * momentum).cwiseQuotient(inertia_kg_m2).eval();
   };
   const Eigen::Quaterniond guess = turned(orientation, angular_velocity_rad_s, duration_s);
-  orientation = turned(orientation, 0.5 * (angular_velocity_rad_s + velocity_at(guess)), duration_s);
+  orientation =
+      turned(orientation, 0.5 * (angular_velocity_rad_s + velocity_at(guess)), duration_s);
   angular_velocity_rad_s = velocity_at(orientation);
 }
 

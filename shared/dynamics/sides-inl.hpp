@@ -36,13 +36,15 @@ struct BallSide {
   HWY_INLINE void Load(const ContactRow& row, const SideContext& context) {
     const std::int32_t* const index = Movers(row) + context.lane;
     Mover* const movers = context.bodies->movers.data();
-    GetColumns([=](std::size_t k) { return movers[index[k]].velocity_m_s; }, velocity, inverse_mass);
+    GetColumns([=](std::size_t k) { return movers[index[k]].velocity_m_s; }, velocity,
+               inverse_mass);
     GetColumns([=](std::size_t k) { return movers[index[k]].spin; }, spin, zero);
   }
   HWY_INLINE void Store(const ContactRow& row, const SideContext& context) const {
     const std::int32_t* const index = Movers(row) + context.lane;
     Mover* const movers = context.bodies->movers.data();
-    PutColumns(velocity, inverse_mass, [=](std::size_t k) { return movers[index[k]].velocity_m_s; });
+    PutColumns(velocity, inverse_mass,
+               [=](std::size_t k) { return movers[index[k]].velocity_m_s; });
     PutColumns(spin, zero, [=](std::size_t k) { return movers[index[k]].spin; });
   }
   HWY_INLINE Column3 AtContact(const Column3& normal, Column lever) const {
@@ -97,8 +99,7 @@ struct RigidBodySide {
   /// The trace of the inverse mass across the normal bounds its larger eigenvalue.
   HWY_INLINE void Prepare(ContactRow& row, const RowPlace& place, const SideContext& context,
                           const Column3& normal, Column lever) {
-    const std::int32_t* const index =
-        (Sign > 0 ? place.sphere_a : place.sphere_b) + context.lane;
+    const std::int32_t* const index = (Sign > 0 ? place.sphere_a : place.sphere_b) + context.lane;
     const SphereArm* const arms = context.bodies->arms.data();
     Column radius;
     GetColumns([=](std::size_t k) { return arms[index[k]].arm_m; }, arm, radius);

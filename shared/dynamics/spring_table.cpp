@@ -8,9 +8,6 @@
 #include <hwy/foreach_target.h>  // first: highway.h depends on it
 #include <hwy/highway.h>
 
-#include <algorithm>
-#include <cmath>
-
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -59,8 +56,7 @@ void AddSpringForces(const SpringTable::Arrays& springs, const Vector4* position
     const auto stiffness = hn::LoadU(d, &springs.stiffness_N_per_m[i]);
     const auto damping = hn::LoadU(d, &springs.damping_N_s_per_m[i]);
     const auto rest = hn::LoadU(d, &springs.rest_m[i]);
-    const auto pull =
-        stiffness * (one - rest / hn::Sqrt(square)) + damping * along / square;
+    const auto pull = stiffness * (one - rest / hn::Sqrt(square)) + damping * along / square;
     PutDoubles(pull * x, pull * y, pull * z, apart);
     for (std::size_t lane = 0; lane < kDoubleLanes; ++lane) {
       const auto a = static_cast<std::size_t>(springs.a[i + lane]);
@@ -97,25 +93,6 @@ void SpringTable::add_forces(std::span<const Vector4> position_m,
                              std::span<Vector4> forces_N) const {
   HWY_DYNAMIC_DISPATCH(AddSpringForces)
   (arrays_, position_m.data(), velocity_m_s.data(), forces_N.data());
-}
-
-SpectrumBound spectrum_bound(const Description& description) {
-  std::vector<double> stiffness(description.nodes.size()), damping(description.nodes.size());
-  for (const Description::Spring& spring : description.springs)
-    for (const int node : {spring.a, spring.b}) {
-      stiffness[static_cast<std::size_t>(node)] += spring.stiffness_N_per_m;
-      damping[static_cast<std::size_t>(node)] += spring.damping_N_s_per_m;
-    }
-  SpectrumBound bound;
-  double square = 0.0;
-  for (std::size_t i = 0; i < stiffness.size(); ++i) {
-    if (description.nodes[i].is_pinned) continue;
-    const double mass_kg = description.nodes[i].mass_kg;
-    square = std::max(square, 2.0 * stiffness[i] / mass_kg);
-    bound.damping_per_s = std::max(bound.damping_per_s, 2.0 * damping[i] / mass_kg);
-  }
-  bound.frequency_rad_s = std::sqrt(square);
-  return bound;
 }
 
 }  // namespace stillgrid::dynamics

@@ -29,11 +29,4 @@ class SpringTable {
   Arrays arrays_;
 };
 
-/// Bounds of the vibrations of nodes on their springs, by Gershgorin's circles.
-struct SpectrumBound {
-  double frequency_rad_s = 0.0;  // of the fastest undamped vibration
-  double damping_per_s = 0.0;    // at which the dampers slow the fastest relative motion
-};
-[[nodiscard]] SpectrumBound spectrum_bound(const Description& description);
-
 }  // namespace stillgrid::dynamics

@@ -25,8 +25,8 @@ struct DrawnScene {
     const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), place(), true);
     scene.add_sphere(tool, 0.008);
     scene.add_sphere(tool, 0.006, {0.012, 0.0, 0.0});
-    for (std::size_t s = scene.description.spheres.size() - 2;
-         s < scene.description.spheres.size(); ++s)
+    for (std::size_t s = scene.description.spheres.size() - 2; s < scene.description.spheres.size();
+         ++s)
       scene.description.spheres[s].tool_slip_speed_m_s = 0.05;
     tool_from_m = place();
     tool_speed_m_s = 0.3 * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));

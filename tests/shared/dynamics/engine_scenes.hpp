@@ -11,6 +11,9 @@
 
 namespace stillgrid::dynamics {
 
+/// The tick of all scenes here.
+inline constexpr double kTick_s = 1e-3;
+
 /// A description and a state that grow together.
 struct EngineScene {
   Description description;
@@ -29,7 +32,8 @@ struct EngineScene {
     return static_cast<int>(description.rigid_bodies.size()) - 1;
   }
   /// Adds a sphere to a rigid body. Each rigid body is a body of its own.
-  void add_sphere(int rigid, double radius_m, const Eigen::Vector3d& local_m = Eigen::Vector3d::Zero()) {
+  void add_sphere(int rigid, double radius_m,
+                  const Eigen::Vector3d& local_m = Eigen::Vector3d::Zero()) {
     Description::Sphere sphere;
     sphere.radius_m = radius_m;
     sphere.rigid = sphere.body = rigid;

@@ -76,12 +76,11 @@ TEST_CASE("A block at rest is borne by its spheres in equal parts", "[dynamics]"
   run(engine, 3.0);
   const double depth_m = 0.5 * size_m.z() - position_of(engine, block).z();
   CHECK(depth_m == Approx(0.02 * kGravity_m_s2 / 4000.0).epsilon(1e-3));
-  CHECK(engine.state().orientation[0].quaternion().angularDistance(
-            Eigen::Quaterniond::Identity()) < 1e-5);
+  CHECK(engine.state().orientation[0].quaternion().angularDistance(Eigen::Quaterniond::Identity()) <
+        1e-5);
 }
 
-TEST_CASE("A bounce without dampers keeps its energy, whenever it falls on a tick",
-          "[dynamics]") {
+TEST_CASE("A bounce without dampers keeps its energy, whenever it falls on a tick", "[dynamics]") {
   constexpr int kPhases = 40;
   double energy = 0.0;
   for (int k = 0; k < kPhases; ++k) {
@@ -155,8 +154,7 @@ TEST_CASE("A block slides down a slope by gravity less friction", "[dynamics]") 
   run(engine, 0.5);
   const double expected_m_s2 =
       kGravity_m_s2 * (std::sin(kSlope_rad) - kFriction * std::cos(kSlope_rad));
-  CHECK((velocity_of(engine, block).x() - before_m_s) / 0.5 ==
-        Approx(expected_m_s2).epsilon(0.01));
+  CHECK((velocity_of(engine, block).x() - before_m_s) / 0.5 == Approx(expected_m_s2).epsilon(0.01));
 }
 
 TEST_CASE("Nodes on a spring swing at its frequency and keep their energy", "[dynamics]") {
@@ -169,7 +167,8 @@ TEST_CASE("Nodes on a spring swing at its frequency and keep their energy", "[dy
   double worst = 0.0;
   for (int k = 1; k <= 2000; ++k) {
     engine.step();
-    const double apart_m = (engine.state().node_position_m[1] - engine.state().node_position_m[0]).x;
+    const double apart_m =
+        (engine.state().node_position_m[1] - engine.state().node_position_m[0]).x;
     const double expected_m = 0.1 + 0.01 * std::cos(frequency_rad_s * k * kTick_s);
     worst = std::max(worst, std::abs(apart_m - expected_m));
   }
@@ -203,6 +202,66 @@ TEST_CASE("A cloth hangs by its pinned nodes, and they bear the ball on it", "[d
   run(engine, 4.0);
   CHECK(velocity_of(engine, ball).norm() < 0.02);  // it rolls a little still
   CHECK((position_of(engine, ball) - Eigen::Vector3d(middle_m, middle_m, 0.0)).norm() < 0.02);
+}
+
+/// Links on ball joints: from the place (0, 0, 0) of the world along x.
+EngineScene chain_of(int links, double stiffness_N_per_m) {
+  constexpr double kLength_m = 0.02;
+  EngineScene scene;
+  scene.with_gravity();
+  for (int k = 0; k < links; ++k) {
+    const int link = scene.add_block(0.01, {kLength_m, 0.01, 0.008}, {(k + 0.5) * kLength_m, 0, 0});
+    Description::Joint joint;
+    joint.a = {.rigid = link, .point_m = {-0.5 * kLength_m, 0.0, 0.0}};
+    joint.b = {.rigid = link - 1, .point_m = {0.5 * kLength_m, 0.0, 0.0}};
+    if (k == 0) joint.b.point_m.setZero();
+    joint.stiffness_N_per_m = stiffness_N_per_m;
+    scene.description.joints.push_back(joint);
+    for (int other = link + 1; other < links; ++other)
+      scene.description.apart.emplace_back(link, other);
+  }
+  return scene;
+}
+double joint_energy_J(const Engine& engine) {
+  double sum_J = 0.0;
+  const auto place = [&](const Description::JointEnd& end) -> Eigen::Vector3d {
+    if (end.rigid < 0) return end.point_m;
+    const auto r = static_cast<std::size_t>(end.rigid);
+    return engine.state().rigid_position_m[r].vector() +
+           engine.state().orientation[r].quaternion() * end.point_m;
+  };
+  for (const Description::Joint& joint : engine.description().joints)
+    sum_J += 0.5 * joint.stiffness_N_per_m * (place(joint.a) - place(joint.b)).squaredNorm();
+  return sum_J;
+}
+
+TEST_CASE("A chain that swings on ball joints keeps its energy", "[dynamics]") {
+  Engine engine = chain_of(5, 1000.0).engine();
+  const auto energy_J = [&] {
+    double sum_J = momenta_of(engine).kinetic_J + joint_energy_J(engine);
+    for (int link = 0; link < 5; ++link)
+      sum_J += 0.01 * kGravity_m_s2 * position_of(engine, link).z();
+    return sum_J;
+  };
+  const double start_J = energy_J(), scale_J = 0.05 * kGravity_m_s2 * 0.05;
+  double worst_J = 0.0, lowest_m = 0.0;
+  for (int k = 0; k < 3000; ++k) {
+    engine.step();
+    worst_J = std::max(worst_J, std::abs(energy_J() - start_J));
+    lowest_m = std::min(lowest_m, position_of(engine, 4).z());
+  }
+  CHECK(worst_J < 0.03 * scale_J);
+  CHECK(lowest_m < -0.08);
+}
+
+TEST_CASE("A joint holds a weight at its weight over the stiffness", "[dynamics]") {
+  EngineScene scene = chain_of(1, 500.0);
+  scene.description.joints[0].damping_N_s_per_m = 0.5;
+  scene.description.joints[0].a.point_m.setZero();
+  scene.description.joints[0].b.point_m = {0.01, 0.0, 0.0};
+  Engine engine = scene.engine();
+  run(engine, 3.0);
+  CHECK(position_of(engine, 0).z() == Approx(-0.01 * kGravity_m_s2 / 500.0).epsilon(1e-6));
 }
 
 TEST_CASE("A driven body feels the weight that it carries", "[dynamics]") {
@@ -249,7 +308,8 @@ TEST_CASE("A tool drags by viscous friction below its slip speed", "[dynamics]")
   scene.add_sphere(plate, kRadius_m);
   Engine engine = scene.engine();
   DrivenPose pose;
-  pose.position_m = {-4.5 * kSpeed_m_s * kTick_s, 0.0, 0.0149};  // above the middle in the last tick
+  pose.position_m = {-4.5 * kSpeed_m_s * kTick_s, 0.0,
+                     0.0149};  // above the middle in the last tick
   for (int k = 0; k < 5; ++k) {
     pose.position_m.x() += kSpeed_m_s * kTick_s;
     engine.step(std::span(&pose, 1));

@@ -44,8 +44,8 @@ TEST_CASE("All pairs of balls that overlap are found, once, however far some are
         for (std::size_t j = i + 1; j < balls.size(); ++j) {
           const double distance = (balls[i] - balls[j]).vector().norm();
           const double overlap = balls[i].w + balls[j].w - distance;
-          const bool is_found = found.contains(
-              {static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
+          const bool is_found =
+              found.contains({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
           if (overlap > 0.0) REQUIRE(is_found);
           if (overlap < -1e-3 && !(seed % 3 == 0)) REQUIRE(!is_found);
         }

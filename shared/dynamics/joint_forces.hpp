@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/scene_state.hpp"
+
+namespace stillgrid::dynamics {
+
+/// A force in N through the centre of mass, and a torque in N m about it. Frame of the world.
+struct Wrench {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero(), torque_N_m = Eigen::Vector3d::Zero();
+};
+
+/// Adds the forces of all joints and their dampers to nodes and rigid bodies, in the order of the
+/// state. Both ends are pulled at the place of end a, so that momentum is kept to rounding.
+/// Realtime: never allocates, locks or throws.
+void add_joint_forces(const Description& description, const SceneState& state,
+                      std::span<Vector4> node_forces_N, std::span<Wrench> rigid_wrenches);
+
+}  // namespace stillgrid::dynamics
