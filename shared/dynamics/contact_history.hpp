@@ -8,14 +8,14 @@ namespace stillgrid::dynamics {
 
 /// What a contact has from substep to substep; impulses and stretches act on side a.
 struct ContactHistory {
-  float push_N_s = 0.0F, drag_N_s[3] = {}, stretch_m[3] = {};
+  float push_impulse_N_s = 0.0F, friction_impulse_N_s[3] = {}, stretch_m[3] = {};
 };
 
 [[nodiscard]] inline ContactHistory history_of(const ContactRow& row, const RowPlace& place,
                                                std::size_t lane) {
-  ContactHistory history{.push_N_s = row.push_N_s[lane]};
+  ContactHistory history{.push_impulse_N_s = row.push_impulse_N_s[lane]};
   for (std::size_t k = 0; k < 3; ++k) {
-    history.drag_N_s[k] = row.drag_N_s[k][lane];
+    history.friction_impulse_N_s[k] = row.friction_impulse_N_s[k][lane];
     history.stretch_m[k] = place.stretch_m[k][lane];
   }
   return history;
@@ -23,9 +23,9 @@ struct ContactHistory {
 
 inline void set_history(const ContactHistory& history, ContactRow& row, RowPlace& place,
                         std::size_t lane) {
-  row.push_N_s[lane] = history.push_N_s;
+  row.push_impulse_N_s[lane] = history.push_impulse_N_s;
   for (std::size_t k = 0; k < 3; ++k) {
-    row.drag_N_s[k][lane] = history.drag_N_s[k];
+    row.friction_impulse_N_s[k][lane] = history.friction_impulse_N_s[k];
     place.stretch_m[k][lane] = history.stretch_m[k];
   }
 }

@@ -154,15 +154,21 @@ void ContactListing::collect_near() {
   }
 }
 
+namespace {
+
+/// Whether a sorted list has a pair, smaller number first.
+bool has_pair(const std::vector<std::pair<int, int>>& pairs, int i, int j) {
+  return std::ranges::binary_search(pairs, std::pair(std::min(i, j), std::max(i, j)));
+}
+
+}  // namespace
+
 bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
   const NearSphere &a = near_spheres_[at(place)], &b = near_spheres_[at(other)];
   if ((a.rigid >= 0 && a.rigid == b.rigid) || (a.is_driven && b.is_driven)) return false;
-  const auto is_listed = [](const std::vector<std::pair<int, int>>& pairs, int i, int j) {
-    return std::ranges::binary_search(pairs, std::pair(std::min(i, j), std::max(i, j)));
-  };
   return a.body == b.body
-             ? !is_listed(description_.apart_spheres, order_[at(place)], order_[at(other)])
-             : !is_listed(description_.apart, a.body, b.body);
+             ? !has_pair(description_.apart_spheres, order_[at(place)], order_[at(other)])
+             : !has_pair(description_.apart, a.body, b.body);
 }
 
 void ContactListing::gather() {
@@ -183,7 +189,8 @@ void ContactListing::gather() {
     const Vector4& base = base_[at(place)];
     for (std::size_t p = 0; p < description_.planes.size(); ++p) {
       const Description::Plane& plane = description_.planes[p];
-      if (plane.normal.dot(base.vector()) - plane.offset_m < sphere.radius_m + base.w)
+      if (plane.normal.dot(base.vector()) - plane.offset_m < sphere.radius_m + base.w &&
+          !has_pair(description_.apart, sphere.body, plane.body))
         candidates_[group_of(sphere.kind, SideKind::kPlane, true)].push_back(
             {place, static_cast<std::int32_t>(p)});
     }

@@ -13,14 +13,14 @@ std::size_t at(std::int32_t index) {
 }
 
 bool is_zero(const ContactRow& row, const RowPlace& place, std::size_t lane) {
-  return row.push_N_s[lane] == 0.0F && place.stretch_m[0][lane] == 0.0F &&
+  return row.push_impulse_N_s[lane] == 0.0F && place.stretch_m[0][lane] == 0.0F &&
          place.stretch_m[1][lane] == 0.0F && place.stretch_m[2][lane] == 0.0F;
 }
 
 /// Of the other side: what acts across changes its sign.
 ContactHistory reversed(ContactHistory history) {
   for (std::size_t k = 0; k < 3; ++k) {
-    history.drag_N_s[k] = -history.drag_N_s[k];
+    history.friction_impulse_N_s[k] = -history.friction_impulse_N_s[k];
     history.stretch_m[k] = -history.stretch_m[k];
   }
   return history;

@@ -58,14 +58,14 @@ struct alignas(64) RigidSide {
 struct alignas(64) ContactRow {
   RowIndices mover_a, mover_b;
   RowFloats normal[3];               // from b to a
-  RowFloats spring_N_s, damper_N_s;  // at zero normal velocity at the end of the substep
-  RowFloats hold_N_s[3];             // of friction, at zero slip at the end of the substep
+  RowFloats spring_impulse_N_s, damper_impulse_N_s;  // at zero normal velocity at the end of the substep
+  RowFloats held_impulse_N_s[3];             // of friction, at zero slip at the end of the substep
   RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
   RowFloats inverse_spring, inverse_both;                     // of the implicit equations
   RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
   RowFloats lever;                      // distance of the centres over the sum of the radii
   RowFloats friction, viscous_s_per_m;  // the latter is zero where friction sticks
-  RowFloats push_N_s, drag_N_s[3];      // the impulses of the last substep: normal and friction
+  RowFloats push_impulse_N_s, friction_impulse_N_s[3];      // the impulses of the last substep: normal and friction
 };
 
 /// What a substep reads of a row once.

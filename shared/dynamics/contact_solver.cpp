@@ -71,7 +71,7 @@ HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodi
   const Column radii = Get(place.radii_m, i);
   depth = radii - distance;
   const auto may_touch =
-      hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)), hn::Gt(Get(row.push_N_s, i), All(0.0F)));
+      hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)), hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)));
   if (hn::AllFalse(Floats(), may_touch)) return false;
   // Else the neighbours in a vector would decide whether a lane is solved.
   depth = hn::IfThenElse(may_touch, depth, All(-1e6F));
@@ -99,8 +99,8 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& no
   const Column mass = Get(row.normal_mass_per_kg, i);
   const Column u0 = Dot(velocity, normal);
   const Column start = depth + All(0.5F * h) * u0;
-  Put(All(h) * k * (depth + All(0.25F * h) * u0), row.spring_N_s, i);
-  Put(c * (depth - hn::Max(start, zero)), row.damper_N_s, i);
+  Put(All(h) * k * (depth + All(0.25F * h) * u0), row.spring_impulse_N_s, i);
+  Put(c * (depth - hn::Max(start, zero)), row.damper_impulse_N_s, i);
   const Column spring_slope = All(0.25F * h * h) * k, damper_slope = All(0.5F * h) * c;
   Put(spring_slope, row.spring_slope_kg, i);
   Put(damper_slope, row.damper_slope_kg, i);
@@ -110,9 +110,9 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& no
   const auto sticks = hn::Eq(Get(row.viscous_s_per_m, i), zero);
   const Column slope = hn::IfThenElseZero(sticks, spring_slope + damper_slope);
   Put(slope, row.hold_slope_kg, i);
-  Put((hn::IfThenElseZero(sticks, All(h) * k)) * stretch + slope * slip, row.hold_N_s, i);
-  const Column3 drag = Get(row.drag_N_s, i);
-  Put(drag - Dot(drag, normal) * normal, row.drag_N_s, i);
+  Put((hn::IfThenElseZero(sticks, All(h) * k)) * stretch + slope * slip, row.held_impulse_N_s, i);
+  const Column3 drag = Get(row.friction_impulse_N_s, i);
+  Put(drag - Dot(drag, normal) * normal, row.friction_impulse_N_s, i);
 }
 
 template <class A, class B>
@@ -155,14 +155,14 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
   ContactRow& row = list.rows[index];
   EachVector(list, bodies, group, index,
              [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
-               const Column push = Get(row.push_N_s, i);
+               const Column push = Get(row.push_impulse_N_s, i);
                if (!IsSolved(row, i) || hn::AllTrue(Floats(), hn::Eq(push, All(0.0F)))) return;
                A a;
                B b;
                a.Load(row, side_a);
                b.Load(row, side_b);
                const Column3 normal = Get(row.normal, i);
-               const Column3 impulse = push * normal + Get(row.drag_N_s, i);
+               const Column3 impulse = push * normal + Get(row.friction_impulse_N_s, i);
                const Column lever = Get(row.lever, i);
                a.Push(impulse, normal, lever);
                b.Push(impulse, normal, lever);
@@ -175,8 +175,8 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
 /// acts where the sides approach at the end that the spring alone leads to.
 HWY_INLINE Column SolvePush(const ContactRow& row, Column velocity, std::size_t i) {
   const Column damper_slope = Get(row.damper_slope_kg, i);
-  const Column spring = Get(row.spring_N_s, i) - Get(row.spring_slope_kg, i) * velocity;
-  const Column damper = Get(row.damper_N_s, i) - damper_slope * velocity;
+  const Column spring = Get(row.spring_impulse_N_s, i) - Get(row.spring_slope_kg, i) * velocity;
+  const Column damper = Get(row.damper_impulse_N_s, i) - damper_slope * velocity;
   const Column alone = spring * Get(row.inverse_spring, i);
   const Column both = (spring + damper) * Get(row.inverse_both, i);
   const Column left = damper - damper_slope * Get(row.normal_mass_per_kg, i) * alone;
@@ -190,7 +190,7 @@ HWY_INLINE Column3 SolveDrag(const ContactRow& row, const Column3& slip, Column 
   const Column most = Get(row.friction, i) * push;
   const Column slope = Get(row.hold_slope_kg, i) + most * Get(row.viscous_s_per_m, i);
   const Column3 asked = (All(1.0F) / (All(1.0F) + Get(row.across_mass_per_kg, i) * slope)) *
-                        (Get(row.hold_N_s, i) + slope * slip);
+                        (Get(row.held_impulse_N_s, i) + slope * slip);
   const Column size = hn::Sqrt(hn::Max(Dot(asked, asked), All(1e-30F)));
   // The sum makes a negative zero a positive one, so that states are equal byte by byte.
   return Column3{All(0.0F), All(0.0F), All(0.0F)} - hn::Min(All(1.0F), most / size) * asked;
@@ -211,13 +211,13 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
         const Column3 normal = Get(row.normal, i);
         const Column lever = Get(row.lever, i);
         const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
-        const Column un = Dot(u, normal), push_before = Get(row.push_N_s, i);
+        const Column un = Dot(u, normal), push_before = Get(row.push_impulse_N_s, i);
         const Column push = SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, i);
-        const Column3 drag_before = Get(row.drag_N_s, i);
+        const Column3 drag_before = Get(row.friction_impulse_N_s, i);
         const Column3 slip = (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
         const Column3 drag = SolveDrag(row, slip, push, i);
-        Put(push, row.push_N_s, i);
-        Put(drag, row.drag_N_s, i);
+        Put(push, row.push_impulse_N_s, i);
+        Put(drag, row.friction_impulse_N_s, i);
         const Column3 change = (push - push_before) * normal + (drag - drag_before);
         a.Push(change, normal, lever);
         b.Push(change, normal, lever);
@@ -274,11 +274,11 @@ void FinishRows(RowList& list, float h, const LiveRows& live) {
     RowPlace& place = list.places[index];
     for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes) {
       const Column k = Get(place.stiffness_N_per_m, i), c = Get(place.damping_N_s_per_m, i);
-      const auto holds = hn::And(hn::Gt(Get(row.push_N_s, i), All(0.0F)),
+      const auto holds = hn::And(hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)),
                                  hn::Eq(Get(row.viscous_s_per_m, i), All(0.0F)));
       // The mean force is k times the mean stretch and c times its mean rate.
       const Column per_force = All(2.0F) / hn::Max(k + All(2.0F / h) * c, All(1e-12F));
-      const Column3 stretch = Get(place.stretch_m, i), drag = Get(row.drag_N_s, i);
+      const Column3 stretch = Get(place.stretch_m, i), drag = Get(row.friction_impulse_N_s, i);
       const Column3 end = stretch + per_force * (All(-1.0F / h) * drag - k * stretch);
       Put({hn::IfThenElseZero(holds, end.x), hn::IfThenElseZero(holds, end.y),
            hn::IfThenElseZero(holds, end.z)},

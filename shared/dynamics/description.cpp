@@ -66,7 +66,7 @@ void validate_end(const Description& description, const Description::JointEnd& e
 
 std::uint64_t fingerprint(const Description& description) {
   Hash hash;
-  hash.add(description.tick_s, description.joints.size());
+  hash.add(description.joints.size());
   hash.add_vector(description.gravity_m_s2);
   hash.add(description.nodes.size(), description.springs.size(), description.rigid_bodies.size(),
            description.spheres.size(), description.planes.size(), description.materials.size(),
@@ -88,7 +88,7 @@ std::uint64_t fingerprint(const Description& description) {
   }
   for (const auto& sphere : description.spheres) add_sphere(sphere, hash);
   for (const auto& plane : description.planes) {
-    hash.add(plane.offset_m, plane.material);
+    hash.add(plane.offset_m, plane.material, plane.body);
     hash.add_vector(plane.normal);
   }
   for (const auto& material : description.materials)
@@ -100,7 +100,6 @@ std::uint64_t fingerprint(const Description& description) {
 }
 
 void validate(const Description& description) {
-  require(description.tick_s > 0.0, "expected a positive tick, of scene", 0);
   for (std::size_t i = 0; i < description.nodes.size(); ++i)
     require(description.nodes[i].is_pinned || description.nodes[i].mass_kg > 0.0,
             "expected a positive mass of node", i);

@@ -64,9 +64,9 @@ struct Description {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     double offset_m = 0.0;
     int material = 0;
+    int body = -1;  // see `apart`
   };
 
-  double tick_s = 1e-3;  // of physics; a tick is divided as the stiffness of springs asks
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
   std::vector<Node> nodes;
   std::vector<Spring> springs;

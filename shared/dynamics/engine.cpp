@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "shared/dynamics/rigid_motion.hpp"
-#include "shared/dynamics/spectrum_bound.hpp"
+#include "shared/realtime/flush_denormals.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -21,17 +21,6 @@ std::size_t at(std::int32_t index) {
 Description validated(Description description) {
   validate(description);
   return description;
-}
-
-/// Position Verlet is stable where (h w)^2 / 4 + h d / 2 < 1 for the fastest vibration w and the
-/// strongest damper d, and errs by (h w)^2 / 24 of the phase.
-int substeps_for(const SpectrumBound& bound, double tick_s) {
-  constexpr double kMostStable = 0.9, kMostTurn_rad = 1.0;
-  for (int substeps = 1;; ++substeps) {
-    const double h = tick_s / substeps, turn = h * bound.frequency_rad_s;
-    const double share = 0.25 * turn * turn + 0.5 * h * bound.damping_per_s;
-    if (share <= kMostStable && turn <= kMostTurn_rad) return substeps;
-  }
 }
 
 void set_vector(float (&to)[3], const Vector4& v) {
@@ -56,7 +45,7 @@ Engine::Engine(Description description, SceneState state)
       forces_N_(description_.nodes.size()),
       wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
-      substeps_(substeps_for(spectrum_bound(description_), description_.tick_s)) {
+      bound_(spectrum_bound(description_)) {
   for (std::size_t r = 0; r < description_.rigid_bodies.size(); ++r) {
     if (!description_.rigid_bodies[r].is_driven) continue;
     driven_of_rigid_[r] = static_cast<std::int32_t>(driven_.size());
@@ -72,7 +61,7 @@ Engine::Engine(Description description, SceneState state)
   bodies_.arms.resize(description_.spheres.size());
 }
 
-void Engine::aim_driven(std::span<const DrivenPose> driven) {
+void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
   assert(driven.size() == driven_.size());
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     const std::size_t r = driven_[k];
@@ -82,16 +71,16 @@ void Engine::aim_driven(std::span<const DrivenPose> driven) {
     is_stale_ = is_stale_ || is_here != state_.is_here[r];
     if (is_here > state_.is_here[r]) {
       state_.rigid_position_m[r] =
-          Vector4(driven[k].position_m - description_.tick_s * driven[k].velocity_m_s);
+          Vector4(driven[k].position_m - tick_s * driven[k].velocity_m_s);
       state_.orientation[r] = Vector4(driven[k].orientation);
     }
     state_.is_here[r] = is_here;
     const Vector4 way = Vector4(driven[k].position_m) - state_.rigid_position_m[r];
-    state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / description_.tick_s : 0.0) * way;
+    state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / tick_s : 0.0) * way;
     const Eigen::Vector3d turn =
         rotation_vector(driven[k].orientation * state_.orientation[r].quaternion().conjugate());
     state_.angular_velocity_rad_s[r] =
-        (is_here != 0 ? 1.0 / description_.tick_s : 0.0) * Vector4(turn);
+        (is_here != 0 ? 1.0 / tick_s : 0.0) * Vector4(turn);
   }
 }
 
@@ -159,10 +148,10 @@ void Engine::place_spheres(double h) {
 }
 
 /// Whether no sphere leaves its reach within the tick.
-bool Engine::listing_holds() {
-  const double falls = description_.tick_s * description_.tick_s * description_.gravity_m_s2.norm();
-  if (is_stale_ || !stay_within(balls_, state_, description_.tick_s, falls)) return false;
-  place_spheres(description_.tick_s);
+bool Engine::listing_holds(double tick_s) {
+  const double falls = tick_s * tick_s * description_.gravity_m_s2.norm();
+  if (is_stale_ || !stay_within(balls_, state_, tick_s, falls)) return false;
+  place_spheres(tick_s);
   bool holds = true;
   for (const std::int32_t k : other_places_) {
     const SpherePlace& place = bodies_.places[at(k)];
@@ -250,35 +239,14 @@ void Engine::apply_impulses() {
   }
 }
 
-void Engine::note_reactions() {
-  const RowList& list = listing_.rows();
-  const auto note = [&](std::int32_t mover, const RigidSide& side, std::size_t lane, double sign,
-                        const ContactRow& row) {
-    const std::size_t k = at(mover) - forces_N_.size();
-    const auto order = listing_.rigid_order();
-    if (k >= order.size() || driven_of_rigid_[at(order[k])] < 0) return;
-    DrivenReaction& reaction = reactions_[at(driven_of_rigid_[at(order[k])])];
-    const auto vector = [&](const RowFloats(&v)[3]) {
-      return Eigen::Vector3d(v[0][lane], v[1][lane], v[2][lane]);
-    };
-    const Eigen::Vector3d impulse =
-        sign * (row.push_N_s[lane] * vector(row.normal) + vector(row.drag_N_s));
-    reaction.impulse_N_s += impulse;
-    reaction.moment_N_m_s += vector(side.arm_m).cross(impulse);
-  };
-  for (std::size_t g = 0, i = 0; g < list.groups.size(); ++g) {
-    const RowGroup& group = list.groups[g];
-    for (; i < live_.group_end[g]; ++i) {
-      const std::size_t index = live_.rows[i], k = index - group.first;
-      const ContactRow& row = list.rows[index];
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-        if (row.push_N_s[lane] == 0.0F) continue;
-        if (group.a == SideKind::kRigid)
-          note(row.mover_a[lane], list.rigid_sides[group.first_side_a + k], lane, 1.0, row);
-        if (group.b == SideKind::kRigid)
-          note(row.mover_b[lane], list.rigid_sides[group.first_side_b + k], lane, -1.0, row);
-      }
-    }
+/// Position Verlet is stable where (h w)^2 / 4 + h d / 2 < 1 for the fastest vibration w and the
+/// strongest damper d, and errs by (h w)^2 / 24 of the phase.
+int Engine::substeps(double tick_s) const {
+  constexpr double kMaxStable = 0.9, kMaxTurn_rad = 1.0;
+  for (int count = 1;; ++count) {
+    const double h = tick_s / count, turn = h * bound_.frequency_rad_s;
+    const double share = 0.25 * turn * turn + 0.5 * h * bound_.damping_per_s;
+    if (share <= kMaxStable && turn <= kMaxTurn_rad) return count;
   }
 }
 
@@ -302,15 +270,17 @@ void Engine::substep(double h) {
   drift(0.5 * h);
 }
 
-void Engine::step(std::span<const DrivenPose> driven) {
-  aim_driven(driven);
-  if (!listing_holds()) {
-    listing_.list(state_, description_.tick_s);
+void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
+  const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
+  aim_driven(driven, tick_s);
+  if (!listing_holds(tick_s)) {
+    listing_.list(state_, tick_s);
     take_listing();
     is_stale_ = false;
   }
-  for (int k = 0; k < substeps_; ++k) substep(description_.tick_s / substeps_);
-  turn_balls(balls_, state_, description_.tick_s);
+  const int count = substeps(tick_s);
+  for (int k = 0; k < count; ++k) substep(tick_s / count);
+  turn_balls(balls_, state_, tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

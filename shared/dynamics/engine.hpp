@@ -12,9 +12,13 @@
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/spectrum_bound.hpp"
 #include "shared/dynamics/spring_table.hpp"
 
 namespace stillgrid::dynamics {
+
+/// A tick of physics: the period of the haptic loop.
+inline constexpr double kTick_s = 1e-3;
 
 /// Where a driven body is at the end of a tick. Within the tick it moves evenly.
 struct DrivenPose {
@@ -46,8 +50,9 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Advances by a tick. driven: one pose for each driven body, in the order of the Description.
-  void step(std::span<const DrivenPose> driven = {});
+  /// Advances by a tick of tick_s. driven: one pose for each driven body, in the order of the
+  /// Description.
+  void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s);
 
   /// Writes all that later steps depend on as one block. Realtime: yes, where the block has had the
   /// size before.
@@ -61,11 +66,16 @@ class Engine {
   [[nodiscard]] const ContactListing& listing() const noexcept { return listing_; }
   /// Of the last tick, as `driven`.
   [[nodiscard]] std::span<const DrivenReaction> reactions() const noexcept { return reactions_; }
-  [[nodiscard]] int substeps() const noexcept { return substeps_; }
+  /// Substeps of a tick of tick_s: as many as the stiffness of springs and joints asks for.
+  [[nodiscard]] int substeps(double tick_s = kTick_s) const;
+  /// Contacts that pushed in the last substep.
+  [[nodiscard]] int touching() const;
+  /// What the springs of contacts and of friction hold at the current positions.
+  [[nodiscard]] double contact_energy_J() const;
 
  private:
-  void aim_driven(std::span<const DrivenPose> driven);
-  [[nodiscard]] bool listing_holds();
+  void aim_driven(std::span<const DrivenPose> driven, double tick_s);
+  [[nodiscard]] bool listing_holds(double tick_s);
   void drift(double duration_s);
   void load_movers();
   void place_spheres(double substep_s);
@@ -96,7 +106,7 @@ class Engine {
   std::vector<DrivenReaction> reactions_;      // as driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
   bool is_stale_ = true;                       // contacts must be listed before the next tick
-  int substeps_ = 1;
+  SpectrumBound bound_;
 };
 
 }  // namespace stillgrid::dynamics

@@ -28,11 +28,11 @@ class RowPacker {
 
  private:
   static constexpr std::size_t kOpen = 64;  // rows: bits of a mask
-  static constexpr std::size_t kMostMovers = 8;
+  static constexpr std::size_t kMaxMovers = 8;
   struct OpenRow {
     std::size_t count = 0, mover_count = 0;
     Row items{};
-    std::array<std::int32_t, kMostMovers * kRowLanes> movers{};
+    std::array<std::int32_t, kMaxMovers * kRowLanes> movers{};
   };
   void close(std::size_t open);
 

@@ -30,14 +30,14 @@ void EnergyWatch::note_given(double given_J) {
 }
 
 void EnergyWatch::look(const bodies::World& world, std::span<const contact::Contact> contacts) {
-  if (world.time_s < next_look_s_) return;
-  next_look_s_ = world.time_s + kPeriod_s;
+  if (!is_due(world)) return;
   Energies now = energies_without_contacts(world);
   now.contacts_J = contact_energy_J(contacts);
   judge(world, now);
 }
 
 void EnergyWatch::judge(const bodies::World& world, const Energies& now) {
+  next_look_s_ = std::max(next_look_s_, world.time_s + kPeriod_s);
   most_held_J_ = std::max({most_held_J_, now.kinetic_J + now.springs_J + now.contacts_J,
                            start_.gravity_J - now.gravity_J});
   const double gained_J = now.total_J() - start_.total_J() - given_J_;

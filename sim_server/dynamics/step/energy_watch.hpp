@@ -27,6 +27,11 @@ class EnergyWatch {
   /// contacts: as found for the step that begins now. Throws std::domain_error, one line.
   void look(const bodies::World& world, std::span<const contact::Contact> contacts);
 
+  /// Whether look() would sum energies now.
+  [[nodiscard]] bool is_due(const bodies::World& world) const {
+    return world.time_s >= next_look_s_;
+  }
+
   /// now: of that world. Throws likewise, however short ago the last look was.
   void judge(const bodies::World& world, const Energies& now);
 

@@ -21,6 +21,7 @@
 #include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
+#include "sim_server/dynamics/ticks/ticked_world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
@@ -81,6 +82,9 @@ class Simulation {
   /// What forces led off the way that its contacts were found for, and into something that is not
   /// among them, has them found again for a wider way, and the substep is computed again; in halves
   /// where an explicit integrator met something in it.
+  ///
+  /// By small_steps the engine of both processes takes the step, in ticks of 1 ms at most, where it
+  /// has all kinds of bodies of the scene; else velocity_verlet does.
   ///
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).
@@ -173,6 +177,7 @@ class Simulation {
   /// By hand, as tools_.
   using ToolSamples = std::array<std::optional<ToolSample>, proto::kMaxHands>;
 
+  StepReport tick(Step& step);
   void place_tools(Step& step);
   void take(std::size_t hand, const std::optional<ToolSample>& sample, Step& step);
   StepReport pass(double step_s, StepReport& report);
@@ -201,6 +206,7 @@ class Simulation {
   snapshot::MovingFields moving_fields_;
   scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
+  std::optional<TickedWorld> ticked_;  // simulates in place of the integrator, if the method says so
   IntegratorTraits traits_;
   std::vector<ToolMotion> tools_;                        // by hand
   std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last

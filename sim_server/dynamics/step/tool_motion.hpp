@@ -37,6 +37,8 @@ class ToolMotion {
   /// There is no tool in this step.
   void remove() { over_step_.clear(); }
   [[nodiscard]] bool is_here() const noexcept { return !over_step_.empty(); }
+  /// The sample of the last place() or redirect(). Pre: is_here().
+  [[nodiscard]] const ToolSample& sample() const noexcept { return sample_; }
 
   /// Adds its spheres over the part of the step from share `start` to share `end` of it; none
   /// without a tool. Pre: start is not before a redirection.

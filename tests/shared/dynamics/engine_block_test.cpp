@@ -46,7 +46,7 @@ TEST_CASE("A run through a saved block is equal to the bit, of a thousand drawn 
     INFO("seed " << seed);
     REQUIRE(first_difference(block_of(second), block_of(whole)) == kNone);
     const auto is_pressed = [](const ContactRow& row) {
-      return std::ranges::any_of(row.push_N_s, [](float push) { return push > 0.0F; });
+      return std::ranges::any_of(row.push_impulse_N_s, [](float push) { return push > 0.0F; });
     };
     if (std::ranges::any_of(whole.listing().rows().rows, is_pressed)) ++in_contact;
   }

@@ -11,9 +11,6 @@
 
 namespace stillgrid::dynamics {
 
-/// The tick of all scenes here.
-inline constexpr double kTick_s = 1e-3;
-
 /// A description and a state that grow together.
 struct EngineScene {
   Description description;

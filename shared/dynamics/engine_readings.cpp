@@ -1,0 +1,88 @@
+// What an engine tells of the tick that it computed.
+#include <algorithm>
+
+#include "shared/dynamics/engine.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+std::size_t at(std::int32_t index) {
+  return static_cast<std::size_t>(index);
+}
+
+/// Calls visit(group, row, lane) for all contacts that pushed in the last substep.
+template <class Visit>
+void each_touching(const RowList& list, const Visit& visit) {
+  for (const RowGroup& group : list.groups)
+    for (std::size_t row = group.first; row < group.end; ++row)
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+        if (list.rows[row].push_impulse_N_s[lane] > 0.0F) visit(group, row, lane);
+}
+
+}  // namespace
+
+int Engine::touching() const {
+  int count = 0;
+  each_touching(listing_.rows(), [&](const RowGroup&, std::size_t, std::size_t) { ++count; });
+  return count;
+}
+
+double Engine::contact_energy_J() const {
+  double sum_J = 0.0;
+  const RowList& list = listing_.rows();
+  const auto sphere_at = [&](std::int32_t place) -> const Description::Sphere& {
+    return description_.spheres[at(listing_.order()[at(place)])];
+  };
+  each_touching(list, [&](const RowGroup& group, std::size_t row, std::size_t lane) {
+    const RowPlace& place = list.places[row];
+    const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
+    const Eigen::Vector3d centre = sphere_position_m(a, state_).vector();
+    double depth_m = a.radius_m;
+    if (group.b == SideKind::kPlane) {
+      const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
+      depth_m -= plane.normal.dot(centre) - plane.offset_m;
+    } else {
+      const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
+      depth_m += b.radius_m - (centre - sphere_position_m(b, state_).vector()).norm();
+    }
+    double square = std::max(0.0, depth_m) * std::max(0.0, depth_m);
+    for (const RowFloats& stretch : place.stretch_m)
+      square += static_cast<double>(stretch[lane]) * static_cast<double>(stretch[lane]);
+    sum_J += 0.5 * static_cast<double>(place.stiffness_N_per_m[lane]) * square;
+  });
+  return sum_J;
+}
+
+void Engine::note_reactions() {
+  const RowList& list = listing_.rows();
+  const auto note = [&](std::int32_t mover, const RigidSide& side, std::size_t lane, double sign,
+                        const ContactRow& row) {
+    const std::size_t k = at(mover) - forces_N_.size();
+    const auto order = listing_.rigid_order();
+    if (k >= order.size() || driven_of_rigid_[at(order[k])] < 0) return;
+    DrivenReaction& reaction = reactions_[at(driven_of_rigid_[at(order[k])])];
+    const auto vector = [&](const RowFloats(&v)[3]) {
+      return Eigen::Vector3d(v[0][lane], v[1][lane], v[2][lane]);
+    };
+    const Eigen::Vector3d impulse =
+        sign * (row.push_impulse_N_s[lane] * vector(row.normal) + vector(row.friction_impulse_N_s));
+    reaction.impulse_N_s += impulse;
+    reaction.moment_N_m_s += vector(side.arm_m).cross(impulse);
+  };
+  for (std::size_t g = 0, i = 0; g < list.groups.size(); ++g) {
+    const RowGroup& group = list.groups[g];
+    for (; i < live_.group_end[g]; ++i) {
+      const std::size_t index = live_.rows[i], k = index - group.first;
+      const ContactRow& row = list.rows[index];
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+        if (row.push_impulse_N_s[lane] == 0.0F) continue;
+        if (group.a == SideKind::kRigid)
+          note(row.mover_a[lane], list.rigid_sides[group.first_side_a + k], lane, 1.0, row);
+        if (group.b == SideKind::kRigid)
+          note(row.mover_b[lane], list.rigid_sides[group.first_side_b + k], lane, -1.0, row);
+      }
+    }
+  }
+}
+
+}  // namespace stillgrid::dynamics

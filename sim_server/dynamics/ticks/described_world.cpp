@@ -1,0 +1,127 @@
+#include "sim_server/dynamics/ticks/described_world.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "sim_server/contact/self_collision.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+void add_deformable(const bodies::World& world, DescribedWorld& described) {
+  for (const bodies::Node& node : world.nodes) {
+    described.description.nodes.push_back({node.mass_kg, node.pinned});
+    described.state.node_position_m.emplace_back(node.position_m);
+    described.state.node_velocity_m_s.emplace_back(node.velocity_m_s);
+  }
+  for (const bodies::Spring& spring : world.springs)
+    described.description.springs.push_back({spring.a, spring.b, spring.rest_length_m,
+                                             spring.stiffness_N_per_m, spring.damping_N_s_per_m});
+  const auto end_of = [](const bodies::JointEnd& end) {
+    return Description::JointEnd{end.node, end.node >= 0 ? -1 : end.rigid, end.point_m};
+  };
+  for (const bodies::Joint& joint : world.joints)
+    described.description.joints.push_back({end_of(joint.a), end_of(joint.b), joint.rest_length_m,
+                                            joint.stiffness_N_per_m, joint.damping_N_s_per_m});
+}
+
+int add_rigid(const bodies::RigidBody& body, DescribedWorld& described) {
+  described.description.rigid_bodies.push_back({body.mass_kg, body.inertia_kg_m2, !body.free});
+  described.state.rigid_position_m.emplace_back(body.position_m);
+  described.state.rigid_velocity_m_s.emplace_back(body.velocity_m_s);
+  described.state.orientation.emplace_back(body.orientation);
+  described.state.angular_velocity_rad_s.emplace_back(body.angular_velocity_rad_s);
+  described.state.is_here.push_back(1);
+  return static_cast<int>(described.description.rigid_bodies.size()) - 1;
+}
+
+void add_moving_spheres(const bodies::World& world, DescribedWorld& described) {
+  for (const bodies::SphereBinding& binding : world.spheres) {
+    Description::Sphere sphere;
+    sphere.radius_m = binding.radius_m;
+    sphere.material = binding.material;
+    sphere.body = binding.body;
+    sphere.rigid = binding.rigid;
+    sphere.local_m = binding.local_m;
+    sphere.node_count = binding.node_count;
+    sphere.nodes = binding.nodes;
+    sphere.weights = binding.weights;
+    described.description.spheres.push_back(sphere);
+  }
+}
+
+void add_static(const bodies::World& world, DescribedWorld& described) {
+  for (const bodies::StaticPlane& plane : world.planes)
+    described.description.planes.push_back(
+        {plane.normal, plane.offset_m, plane.material, plane.body});
+  if (world.static_spheres.empty()) return;
+  described.has_static_body = true;
+  const int rigid = add_rigid({}, described);
+  for (const bodies::StaticSphere& fixed : world.static_spheres) {
+    Description::Sphere sphere;
+    sphere.radius_m = fixed.radius_m;
+    sphere.material = fixed.material;
+    sphere.body = fixed.body;
+    sphere.rigid = rigid;
+    sphere.local_m = fixed.position_m;
+    described.description.spheres.push_back(sphere);
+  }
+}
+
+void add_tools(const bodies::World& world, std::span<const scene::Hand> hands,
+               DescribedWorld& described) {
+  described.hands = hands.size();
+  for (std::size_t hand = 0; hand < hands.size(); ++hand) {
+    const int rigid = add_rigid({}, described);
+    described.state.is_here.back() = 0;
+    for (const scene::ToolSphere& tool : hands[hand].tool) {
+      Description::Sphere sphere;
+      sphere.radius_m = tool.radius_m;
+      sphere.body = static_cast<int>(world.bodies.size() + hand);
+      sphere.rigid = rigid;
+      sphere.local_m = tool.position_m;
+      sphere.tool_slip_speed_m_s = hands[hand].tool_slip_speed_m_s;
+      described.description.spheres.push_back(sphere);
+    }
+  }
+}
+
+/// Spheres of one deformable body that never collide.
+void add_apart_spheres(const bodies::World& world, DescribedWorld& described) {
+  const contact::SelfCollision self_collision(world);
+  for (const bodies::BodyRange& body : world.bodies) {
+    if (body.rigid >= 0) continue;
+    for (int i = body.first_sphere; i < body.first_sphere + body.sphere_count; ++i)
+      for (int j = i + 1; j < body.first_sphere + body.sphere_count; ++j)
+        if (!self_collision.may_collide(world.spheres[static_cast<std::size_t>(i)],
+                                        world.spheres[static_cast<std::size_t>(j)]))
+          described.description.apart_spheres.emplace_back(i, j);
+  }
+  std::ranges::sort(described.description.apart_spheres);
+}
+
+}  // namespace
+
+DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands) {
+  if (!world.fields.empty())
+    throw std::invalid_argument("expected a world without distance fields");
+  DescribedWorld described;
+  described.description.gravity_m_s2 = world.gravity_m_s2;
+  described.description.materials = world.materials;
+  if (world.materials.empty()) described.description.materials.emplace_back();
+  add_deformable(world, described);
+  for (const bodies::RigidBody& body : world.rigid_bodies) {
+    const int rigid = add_rigid(body, described);
+    if (!body.free) described.prescribed.push_back(static_cast<std::size_t>(rigid));
+  }
+  add_moving_spheres(world, described);
+  add_static(world, described);
+  add_tools(world, hands, described);
+  add_apart_spheres(world, described);
+  for (const auto& [a, b] : world.apart)
+    if (a < b) described.description.apart.emplace_back(a, b);
+  return described;
+}
+
+}  // namespace stillgrid::dynamics

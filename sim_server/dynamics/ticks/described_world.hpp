@@ -1,0 +1,29 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/scene_state.hpp"
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid::dynamics {
+
+/// A world as the engine of both processes takes it. Nodes and rigid bodies have the numbers that
+/// they have in the world. Behind these follow one driven body that carries all static spheres, if
+/// there are any, and one for each hand.
+struct DescribedWorld {
+  Description description;
+  SceneState state;
+  std::vector<std::size_t> prescribed;  // rigid bodies of the world, in the order of driven bodies
+  bool has_static_body = false;         // behind the prescribed ones
+  std::size_t hands = 0;                // driven bodies behind these
+};
+
+/// Describes a world with its hands, whose tools are away at the start. Throws std::invalid_argument
+/// for a world with distance fields, which the engine does not have.
+[[nodiscard]] DescribedWorld described(const bodies::World& world,
+                                       std::span<const scene::Hand> hands);
+
+}  // namespace stillgrid::dynamics
