@@ -14,6 +14,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 
+HWY_INLINE bool is_of_balls(const RowGroup& group) {
+  return group.a == SideKind::kBall &&
+         (group.b == SideKind::kBall || group.b == SideKind::kPlane);
+}
+
 /// Calls visit with the types of both sides of a group.
 template <class Visit>
 HWY_INLINE void WithSides(const RowGroup& group, const Visit& visit) {
@@ -242,10 +247,11 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
 /// Calls visit<A, B>(group, row) for all live rows.
 template <class Visit>
 HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward,
-                            const Visit& visit) {
+                            bool with_balls, const Visit& visit) {
   const std::size_t groups = list.groups.size();
   for (std::size_t k = 0; k < groups; ++k) {
     const std::size_t g = is_backward ? groups - 1 - k : k;
+    if (!with_balls && is_of_balls(list.groups[g])) continue;
     const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
     WithSides(list.groups[g], [&]<class A, class B>(A a, B b) HWY_ATTR {
       if (is_backward)
@@ -257,13 +263,14 @@ HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backwar
 }
 
 void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
-  EachLiveRow(list, live, false,
+  EachLiveRow(list, live, false, true,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
                   HWY_ATTR { WarmStartRow<A, B>(list, bodies, group, row); });
 }
 
-void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward) {
-  EachLiveRow(list, live, is_backward,
+void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
+               bool with_balls) {
+  EachLiveRow(list, live, is_backward, with_balls,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
                   HWY_ATTR { SolveRow<A, B>(list, bodies, group, row); });
 }
@@ -304,8 +311,9 @@ void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRow
 void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(WarmStartRows)(list, bodies, live);
 }
-void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward) {
-  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, is_backward);
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
+                bool with_balls) {
+  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, is_backward, with_balls);
 }
 void finish_rows(RowList& list, float substep_s, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(FinishRows)(list, substep_s, live);

@@ -80,6 +80,8 @@ class Engine {
   void load_movers();
   void place_spheres(double substep_s);
   void take_listing();
+  void sum_forces();
+  void apply_forces(double duration_s);
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
@@ -97,6 +99,7 @@ class Engine {
   ContactBodies bodies_;
   LiveRows live_;
   std::vector<Vector4> forces_N_;  // on nodes
+  std::vector<Vector4> nodes_before_, rigid_before_, spins_before_;  // velocities: scratch
   std::vector<Wrench> wrenches_;   // on rigid bodies; empty without joints
   BallList balls_;
   std::vector<std::int32_t> other_places_;     // of spheres that are no balls
