@@ -223,6 +223,7 @@ void ContactListing::pack() {
       const Candidate& pair = candidates_[g][k];
       std::size_t count = movers_of(pair.a, movers.data());
       if (kind_b != SideKind::kPlane) count += movers_of(pair.b, movers.data() + count);
+      if (!is_solved_in_turn(kind_a, kind_b)) count = 0;  // rows may be full
       packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
     }
     packer_.finish();

@@ -6,8 +6,8 @@
 
 namespace stillgrid::dynamics {
 
-/// Contacts in one row. No mover occurs in a row twice, so that vectors of any width may read and
-/// write the movers of a row lane by lane.
+/// Contacts in one row. Where contacts are solved in turn, no mover occurs in a row twice, so that
+/// vectors of any width may read and write the movers of a row lane by lane.
 inline constexpr std::size_t kRowLanes = 16;
 
 using RowFloats = float[kRowLanes];
@@ -17,8 +17,8 @@ using RowIndices = std::int32_t[kRowLanes];
 struct alignas(32) Mover {
   float velocity_m_s[3] = {};
   float inverse_mass_per_kg = 0.0F;  // zero: no impulse moves it
-  float spin[3] = {};  // angular velocity in rad/s; of a ball times its radius, in m/s
-  float zero = 0.0F;
+  float spin[3] = {};     // angular velocity in rad/s; of a ball times its radius, in m/s
+  float contacts = 0.0F;  // that are solved at once and may push it within the substep
 };
 
 /// Inverse inertia of a rigid body in the frame of the world, 1/(kg m^2).
@@ -57,15 +57,18 @@ struct alignas(64) RigidSide {
 /// All that an iteration over one row reads and writes. Impulses are in N s and act on side a.
 struct alignas(64) ContactRow {
   RowIndices mover_a, mover_b;
-  RowFloats normal[3];               // from b to a
-  RowFloats spring_impulse_N_s, damper_impulse_N_s;  // at zero normal velocity at the end of the substep
-  RowFloats held_impulse_N_s[3];             // of friction, at zero slip at the end of the substep
+  RowFloats normal[3];  // from b to a
+  RowFloats spring_impulse_N_s,
+      damper_impulse_N_s;         // at zero normal velocity at the end of the substep
+  RowFloats held_impulse_N_s[3];  // of friction, at zero slip at the end of the substep
   RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
   RowFloats inverse_spring, inverse_both;                     // of the implicit equations
   RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
-  RowFloats lever;                      // distance of the centres over the sum of the radii
+  RowFloats depth_m;  // at the middle of the substep; far below zero where no contact is near
+  RowFloats lever;    // distance of the centres over the sum of the radii
   RowFloats friction, viscous_s_per_m;  // the latter is zero where friction sticks
-  RowFloats push_impulse_N_s, friction_impulse_N_s[3];      // the impulses of the last substep: normal and friction
+  RowFloats push_impulse_N_s,
+      friction_impulse_N_s[3];  // the impulses of the last substep: normal and friction
 };
 
 /// What a substep reads of a row once.
@@ -76,6 +79,12 @@ struct alignas(64) RowPlace {
   RowFloats stretch_m[3];         // of the spring that friction holds
   RowFloats stiffness_N_per_m, damping_N_s_per_m;
 };
+
+/// Whether contacts of these kinds are solved one after another, which suits many bodies of a few
+/// contacts each. Else all of them are solved at once: few bodies would leave rows empty.
+[[nodiscard]] inline bool is_solved_in_turn(SideKind a, SideKind b) {
+  return a == SideKind::kBall && (b == SideKind::kBall || b == SideKind::kPlane);
+}
 
 /// A run of rows whose sides are of the same kinds.
 struct RowGroup {
@@ -95,7 +104,9 @@ struct RowList {
 
 /// Movers and spheres that rows refer to.
 struct ContactBodies {
-  std::vector<Mover> movers;  // nodes, then rigid bodies, then one that never moves
+  std::vector<Mover> movers;   // nodes, then rigid bodies, then one that never moves
+  std::vector<Mover> changes;  // as movers: sums of what contacts that are solved at once change
+  std::vector<std::int32_t> changed;  // movers of such contacts that may push within the substep
   std::vector<InverseInertia>
       inverse_inertias;  // as movers; only of rigid bodies that are no balls
   std::vector<SpherePlace> places;

@@ -9,15 +9,18 @@
 #include <hwy/foreach_target.h>  // first: highway.h depends on it
 #include <hwy/highway.h>
 
+#include <type_traits>
+
 #include "shared/dynamics/sides-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 
-HWY_INLINE bool is_of_balls(const RowGroup& group) {
-  return group.a == SideKind::kBall &&
-         (group.b == SideKind::kBall || group.b == SideKind::kPlane);
-}
+template <class A, class B>
+constexpr bool kInTurn = std::is_same_v<A, BallSide<1>> &&
+                         (std::is_same_v<B, BallSide<-1>> || std::is_same_v<B, PlaneSide>);
+
+constexpr float kApart_m = -1e6F;  // depth of a lane that is not solved
 
 /// Calls visit with the types of both sides of a group.
 template <class Visit>
@@ -55,9 +58,10 @@ HWY_INLINE void EachVector(RowList& list, ContactBodies& bodies, const RowGroup&
           SideContext{&bodies, &list, group.first_side_b + k, i});
 }
 
-/// Normal and depth at the middle of the substep; false where no lane may touch within it.
+/// Normals and depths at the middle of the substep; false where no lane may touch within it.
 HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodies& bodies,
-                       bool is_plane, std::size_t i, Column3& normal, Column& depth) {
+                       bool is_plane, std::size_t i) {
+  Column3 normal;
   const SpherePlace* const places = bodies.places.data();
   const std::int32_t *const a = place.sphere_a + i, *const b = place.sphere_b + i;
   Column3 moved_a, moved_b;
@@ -74,12 +78,12 @@ HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodi
     normal = (All(1.0F) / hn::Max(distance, All(1e-12F))) * apart;
   }
   const Column radii = Get(place.radii_m, i);
-  depth = radii - distance;
-  const auto may_touch =
-      hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)), hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)));
-  if (hn::AllFalse(Floats(), may_touch)) return false;
+  const Column depth = radii - distance;
+  const auto may_touch = hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)),
+                                hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)));
   // Else the neighbours in a vector would decide whether a lane is solved.
-  depth = hn::IfThenElse(may_touch, depth, All(-1e6F));
+  Put(hn::IfThenElse(may_touch, depth, All(kApart_m)), row.depth_m, i);
+  if (hn::AllFalse(Floats(), may_touch)) return false;
   Put(normal, row.normal, i);
   Put(distance / hn::Max(radii, All(1e-12F)), row.lever, i);
   return true;
@@ -97,8 +101,10 @@ HWY_INLINE Column3 TurnedStretch(RowPlace& place, const Column3& normal, std::si
 
 /// The equations of the substep. u0, u1: normal velocities at its start and end. The mean depth is
 /// depth + (u0 - u1) h / 4, where depth is that of the middle; friction likewise.
-HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& normal, Column depth,
-                             const Column3& velocity, float h, std::size_t i) {
+HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& velocity, float h,
+                             std::size_t i) {
+  const Column3 normal = Get(row.normal, i);
+  const Column depth = Get(row.depth_m, i);
   const Column zero = All(0.0F), one = All(1.0F);
   const Column k = Get(place.stiffness_N_per_m, i), c = Get(place.damping_N_s_per_m, i);
   const Column mass = Get(row.normal_mass_per_kg, i);
@@ -120,21 +126,41 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& no
   Put(drag - Dot(drag, normal) * normal, row.friction_impulse_N_s, i);
 }
 
+/// Counts, for each mover, contacts that are solved at once and may push it.
+HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const RowGroup& group,
+                              std::size_t index) {
+  const ContactRow& row = list.rows[index];
+  const auto count = [&](std::int32_t number) {
+    Mover& mover = bodies.movers[static_cast<std::size_t>(number)];
+    if (mover.inverse_mass_per_kg == 0.0F) return;
+    if (mover.contacts == 0.0F) bodies.changed.push_back(number);
+    mover.contacts += 1.0F;
+  };
+  const auto count_side = [&](SideKind kind, const RowIndices& movers, std::size_t side,
+                              std::size_t lane) {
+    if (kind != SideKind::kSoft) return count(movers[lane]);
+    for (const RowIndices& node : list.soft_sides[side + index - group.first].node)
+      count(node[lane]);
+  };
+  for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+    if (row.depth_m[lane] == kApart_m) continue;
+    count_side(group.a, row.mover_a, group.first_side_a, lane);
+    if (group.b != SideKind::kPlane) count_side(group.b, row.mover_b, group.first_side_b, lane);
+  }
+}
+
+HWY_INLINE bool IsSolved(const ContactRow& row, std::size_t i) {
+  return !hn::AllTrue(Floats(), hn::Eq(Get(row.depth_m, i), All(kApart_m)));
+}
+
 template <class A, class B>
-HWY_INLINE bool PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
+HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
                            std::size_t index, float h) {
   ContactRow& row = list.rows[index];
   RowPlace& place = list.places[index];
-  bool is_live = false;
   EachVector(list, bodies, group, index,
              [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
-               Column3 normal;
-               Column depth;
-               if (!Locate(row, place, bodies, group.b == SideKind::kPlane, i, normal, depth)) {
-                 Put(All(0.0F), row.inverse_both, i);  // marks lanes that are not solved
-                 return;
-               }
-               is_live = true;
+               if (!IsSolved(row, i)) return;
                A a;
                B b;
                a.Load(row, side_a);
@@ -142,16 +168,51 @@ HWY_INLINE bool PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup&
                Put(All(0.0F), row.normal_mass_per_kg, i);
                Put(All(0.0F), row.across_mass_per_kg, i);
                const Column lever = Get(row.lever, i);
-               a.Prepare(row, place, side_a, normal, lever);
-               b.Prepare(row, place, side_b, normal, lever);
-               SetEquations(row, place, normal, depth,
-                            a.AtContact(normal, lever) - b.AtContact(normal, lever), h, i);
+               const Column3 normal = Get(row.normal, i);
+               a.Prepare(row, place, side_a, normal, lever, kInTurn<A, B>);
+               b.Prepare(row, place, side_b, normal, lever, kInTurn<A, B>);
+               SetEquations(row, place, a.AtContact(normal, lever) - b.AtContact(normal, lever), h,
+                            i);
              });
-  return is_live;
 }
 
-HWY_INLINE bool IsSolved(const ContactRow& row, std::size_t i) {
-  return row.inverse_both[i] != 0.0F;
+/// Applies an impulse on both sides: now where contacts are solved in turn, else to the sums of
+/// changes, in the order of lanes.
+template <class A, class B>
+HWY_INLINE void Push(A& a, B& b, const Column3& impulse, const ContactRow& row,
+                     const SideContext& side_a, const SideContext& side_b) {
+  const Column3 normal = Get(row.normal, side_a.lane);
+  const Column lever = Get(row.lever, side_a.lane);
+  if constexpr (!kInTurn<A, B>) {
+    a.Clear();
+    b.Clear();
+  }
+  a.Push(impulse, normal, lever);
+  b.Push(impulse, normal, lever);
+  if constexpr (kInTurn<A, B>) {
+    a.Store(row, side_a);
+    b.Store(row, side_b);
+  } else {
+    a.ListChanges();
+    b.ListChanges();
+    for (std::size_t k = 0; k < kColumnLanes; ++k) {
+      a.AddLane(row, side_a, k);
+      b.AddLane(row, side_b, k);
+    }
+  }
+}
+
+/// Adds the sums of changes to their movers.
+HWY_INLINE void ApplyChanges(ContactBodies& bodies) {
+  for (const std::int32_t number : bodies.changed) {
+    Mover& mover = bodies.movers[static_cast<std::size_t>(number)];
+    Mover& change = bodies.changes[static_cast<std::size_t>(number)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      mover.velocity_m_s[k] += change.velocity_m_s[k];
+      mover.spin[k] += change.spin[k];
+    }
+    change = {};
+  }
 }
 
 template <class A, class B>
@@ -166,13 +227,8 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
                B b;
                a.Load(row, side_a);
                b.Load(row, side_b);
-               const Column3 normal = Get(row.normal, i);
-               const Column3 impulse = push * normal + Get(row.friction_impulse_N_s, i);
-               const Column lever = Get(row.lever, i);
-               a.Push(impulse, normal, lever);
-               b.Push(impulse, normal, lever);
-               a.Store(row, side_a);
-               b.Store(row, side_b);
+               Push(a, b, push * Get(row.normal, i) + Get(row.friction_impulse_N_s, i), row, side_a,
+                    side_b);
              });
 }
 
@@ -223,35 +279,19 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
         const Column3 drag = SolveDrag(row, slip, push, i);
         Put(push, row.push_impulse_N_s, i);
         Put(drag, row.friction_impulse_N_s, i);
-        const Column3 change = (push - push_before) * normal + (drag - drag_before);
-        a.Push(change, normal, lever);
-        b.Push(change, normal, lever);
-        a.Store(row, side_a);
-        b.Store(row, side_b);
+        Push(a, b, (push - push_before) * normal + (drag - drag_before), row, side_a, side_b);
       });
 }
 
-void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
-  live.rows.clear();
-  live.group_end.clear();
-  for (const RowGroup& group : list.groups) {
-    WithSides(group, [&]<class A, class B>(A, B) HWY_ATTR {
-      for (std::size_t row = group.first; row < group.end; ++row)
-        if (PrepareRow<A, B>(list, bodies, group, row, substep_s))
-          live.rows.push_back(static_cast<std::uint32_t>(row));
-    });
-    live.group_end.push_back(live.rows.size());
-  }
-}
-
-/// Calls visit<A, B>(group, row) for all live rows.
+/// Calls visit<A, B>(group, row) for all live rows; without in_turn_too for those of contacts that
+/// are solved at once.
 template <class Visit>
-HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward,
-                            bool with_balls, const Visit& visit) {
+HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward, bool in_turn_too,
+                            const Visit& visit) {
   const std::size_t groups = list.groups.size();
   for (std::size_t k = 0; k < groups; ++k) {
     const std::size_t g = is_backward ? groups - 1 - k : k;
-    if (!with_balls && is_of_balls(list.groups[g])) continue;
+    if (!in_turn_too && is_solved_in_turn(list.groups[g].a, list.groups[g].b)) continue;
     const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
     WithSides(list.groups[g], [&]<class A, class B>(A a, B b) HWY_ATTR {
       if (is_backward)
@@ -262,10 +302,40 @@ HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backwar
   }
 }
 
+void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
+  live.rows.clear();
+  live.group_end.clear();
+  for (const std::int32_t mover : bodies.changed)
+    bodies.movers[static_cast<std::size_t>(mover)].contacts = 0.0F;
+  bodies.changed.clear();
+  for (const RowGroup& group : list.groups) {
+    const bool is_plane = group.b == SideKind::kPlane;
+    WithSides(group, [&]<class A, class B>(A, B) HWY_ATTR {
+      for (std::size_t row = group.first; row < group.end; ++row) {
+        bool is_live = false;
+        for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
+          is_live = Locate(list.rows[row], list.places[row], bodies, is_plane, i) || is_live;
+        if (!is_live) continue;
+        live.rows.push_back(static_cast<std::uint32_t>(row));
+        if constexpr (kInTurn<A, B>)
+          PrepareRow<A, B>(list, bodies, group, row, substep_s);
+        else
+          CountContacts(list, bodies, group, row);
+      }
+    });
+    live.group_end.push_back(live.rows.size());
+  }
+  // Contacts that are solved at once share the masses of their movers.
+  EachLiveRow(list, live, false, false,
+              [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
+                  HWY_ATTR { PrepareRow<A, B>(list, bodies, group, row, substep_s); });
+}
+
 void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
   EachLiveRow(list, live, false, true,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
                   HWY_ATTR { WarmStartRow<A, B>(list, bodies, group, row); });
+  ApplyChanges(bodies);
 }
 
 void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
@@ -273,6 +343,7 @@ void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool 
   EachLiveRow(list, live, is_backward, with_balls,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
                   HWY_ATTR { SolveRow<A, B>(list, bodies, group, row); });
+  ApplyChanges(bodies);
 }
 
 void FinishRows(RowList& list, float h, const LiveRows& live) {

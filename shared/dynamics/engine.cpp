@@ -14,7 +14,7 @@ namespace {
 
 // Iterations of a substep, in turn forwards and backwards. A body with many contacts at once, as a
 // block that lands flat, is turned aside by fewer.
-constexpr int kIterations = 4, kIterationsOfBalls = 2;
+constexpr int kIterations = 5, kIterationsOfBalls = 2;
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -45,6 +45,7 @@ Engine::Engine(Description description, SceneState state)
       springs_(description_),
       listing_(description_),
       forces_N_(description_.nodes.size()),
+      poses_of_others_(description_.rigid_bodies.size()),
       wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
       bound_(spectrum_bound(description_)) {
@@ -58,6 +59,8 @@ Engine::Engine(Description description, SceneState state)
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
   bodies_.movers.resize(movers);
+  bodies_.changes.resize(movers);
+  bodies_.changed.reserve(movers);
   bodies_.inverse_inertias.resize(movers);
   bodies_.places.resize(description_.spheres.size());
   bodies_.arms.resize(description_.spheres.size());
@@ -72,8 +75,7 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
     const std::uint8_t is_here = driven[k].is_here ? 1 : 0;
     is_stale_ = is_stale_ || is_here != state_.is_here[r];
     if (is_here > state_.is_here[r]) {
-      state_.rigid_position_m[r] =
-          Vector4(driven[k].position_m - tick_s * driven[k].velocity_m_s);
+      state_.rigid_position_m[r] = Vector4(driven[k].position_m - tick_s * driven[k].velocity_m_s);
       state_.orientation[r] = Vector4(driven[k].orientation);
     }
     state_.is_here[r] = is_here;
@@ -81,8 +83,7 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
     state_.rigid_velocity_m_s[r] = (is_here != 0 ? 1.0 / tick_s : 0.0) * way;
     const Eigen::Vector3d turn =
         rotation_vector(driven[k].orientation * state_.orientation[r].quaternion().conjugate());
-    state_.angular_velocity_rad_s[r] =
-        (is_here != 0 ? 1.0 / tick_s : 0.0) * Vector4(turn);
+    state_.angular_velocity_rad_s[r] = (is_here != 0 ? 1.0 / tick_s : 0.0) * Vector4(turn);
   }
 }
 
@@ -122,30 +123,33 @@ void Engine::load_movers() {
 
 void Engine::place_spheres(double h) {
   const double falls = h * h * description_.gravity_m_s2.norm();
-  for (const std::int32_t k : other_places_) {
-    const std::size_t s = at(listing_.order()[at(k)]);
-    const Description::Sphere& sphere = description_.spheres[s];
-    Vector4 centre;
+  for (const std::int32_t rigid : others()) {
+    const std::size_t r = at(rigid);
+    poses_of_others_[r] = {state_.orientation[r].quaternion().toRotationMatrix(),
+                           state_.rigid_velocity_m_s[r].vector().norm(),
+                           state_.angular_velocity_rad_s[r].vector().norm()};
+  }
+  for (const OtherSphere& sphere : other_spheres_) {
+    SpherePlace& place = bodies_.places[at(sphere.place)];
+    Vector4 moved = -1.0 * sphere.base;
     double speed = 0.0;
     if (sphere.rigid >= 0) {
-      const std::size_t r = at(sphere.rigid);
-      const Eigen::Vector3d arm = state_.orientation[r].quaternion() * sphere.local_m;
-      centre = state_.rigid_position_m[r] + Vector4(arm);
-      speed = state_.rigid_velocity_m_s[r].vector().norm() +
-              state_.angular_velocity_rad_s[r].vector().norm() * arm.norm();
-      set_vector(bodies_.arms[at(k)].arm_m, Vector4(arm));
-      bodies_.arms[at(k)].radius_m = static_cast<float>(sphere.radius_m);
+      const PoseOfOther& pose = poses_of_others_[at(sphere.rigid)];
+      const Vector4 arm(pose.axes * sphere.local_m);
+      moved = moved + state_.rigid_position_m[at(sphere.rigid)] + arm;
+      speed = pose.speed_m_s + pose.spin_rad_s * sphere.arm_m;
+      set_vector(bodies_.arms[at(sphere.place)].arm_m, arm);
     } else {
-      double most = 0.0;
+      double square = 0.0;
       for (std::size_t n = 0; n < at(sphere.node_count); ++n) {
         const std::size_t node = at(sphere.nodes[n]);
-        centre = centre + sphere.weights[n] * state_.node_position_m[node];
-        most = std::max(most, state_.node_velocity_m_s[node].vector().squaredNorm());
+        moved = moved + sphere.weights[n] * state_.node_position_m[node];
+        square = std::max(square, state_.node_velocity_m_s[node].vector().squaredNorm());
       }
-      speed = std::sqrt(most);
+      speed = std::sqrt(square);
     }
-    set_vector(bodies_.places[at(k)].moved_m, centre - listing_.base()[at(k)]);
-    bodies_.places[at(k)].reach_m = static_cast<float>(h * speed + falls);
+    set_vector(place.moved_m, moved);
+    place.reach_m = static_cast<float>(h * speed + falls);
   }
 }
 
@@ -155,11 +159,11 @@ bool Engine::listing_holds(double tick_s) {
   if (is_stale_ || !stay_within(balls_, state_, tick_s, falls)) return false;
   place_spheres(tick_s);
   bool holds = true;
-  for (const std::int32_t k : other_places_) {
-    const SpherePlace& place = bodies_.places[at(k)];
+  for (const OtherSphere& sphere : other_spheres_) {
+    const SpherePlace& place = bodies_.places[at(sphere.place)];
     const float x = place.moved_m[0], y = place.moved_m[1], z = place.moved_m[2];
     const double way = std::sqrt(x * x + y * y + z * z) + place.reach_m;
-    holds = holds && way < listing_.base()[at(k)].w;
+    holds = holds && way < sphere.base.w;
   }
   return holds;
 }
@@ -172,11 +176,15 @@ void Engine::take_listing() {
   balls_.place.clear();
   balls_.radius_m.clear();
   balls_.base.clear();
-  other_places_.clear();
+  other_spheres_.clear();
   for (std::size_t k = 0; k < listing_.order().size(); ++k) {
     const std::size_t s = at(listing_.order()[k]);
     if (listing_.kinds()[s] != SideKind::kBall) {
-      other_places_.push_back(static_cast<std::int32_t>(k));
+      const Description::Sphere& sphere = description_.spheres[s];
+      other_spheres_.push_back({static_cast<std::int32_t>(k), sphere.rigid, sphere.node_count,
+                                sphere.nodes, sphere.weights, sphere.local_m, sphere.local_m.norm(),
+                                listing_.base()[k]});
+      bodies_.arms[k].radius_m = static_cast<float>(sphere.radius_m);
       continue;
     }
     balls_.rigid.push_back(description_.spheres[s].rigid);
@@ -218,25 +226,16 @@ void Engine::apply_forces(double h) {
     if (body.is_driven) continue;
     Vector4 &velocity = state_.rigid_velocity_m_s[r], &spin = state_.angular_velocity_rad_s[r];
     velocity = velocity + h / body.mass_kg * Vector4(wrenches_[r].force_N);
-    spin = spin +
-           h * Vector4(inverse_inertia(state_.orientation[r].quaternion(), body.inertia_kg_m2) *
-                       wrenches_[r].torque_N_m);
+    spin =
+        spin + h * Vector4(inverse_inertia(state_.orientation[r].quaternion(), body.inertia_kg_m2) *
+                           wrenches_[r].torque_N_m);
   }
 }
 
-/// Dampers act at the velocities of the middle, so that they too are of second order.
+/// Dampers act at the velocities of the start: at those that forces alone make of the middle, a
+/// body at rest between springs and contacts would be damped.
 void Engine::kick(double h, const Vector4& falls) {
   sum_forces();
-  if (bound_.damping_per_s > 0.0) {
-    nodes_before_ = state_.node_velocity_m_s;
-    rigid_before_ = state_.rigid_velocity_m_s;
-    spins_before_ = state_.angular_velocity_rad_s;
-    apply_forces(0.5 * h);
-    sum_forces();
-    state_.node_velocity_m_s.swap(nodes_before_);
-    state_.rigid_velocity_m_s.swap(rigid_before_);
-    state_.angular_velocity_rad_s.swap(spins_before_);
-  }
   apply_forces(h);
   for (std::size_t i = 0; i < forces_N_.size(); ++i) {
     Vector4& velocity = state_.node_velocity_m_s[i];

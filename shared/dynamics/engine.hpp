@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -74,6 +75,19 @@ class Engine {
   [[nodiscard]] double contact_energy_J() const;
 
  private:
+  /// A sphere that is no ball, with all that its place is computed from.
+  struct OtherSphere {
+    std::int32_t place, rigid, node_count;
+    std::array<int, 4> nodes;
+    std::array<double, 4> weights;
+    Eigen::Vector3d local_m;
+    double arm_m;  // length of local_m
+    Vector4 base;  // as ContactListing::base()
+  };
+  struct PoseOfOther {
+    Eigen::Matrix3d axes;
+    double speed_m_s, spin_rad_s;
+  };
   void aim_driven(std::span<const DrivenPose> driven, double tick_s);
   [[nodiscard]] bool listing_holds(double tick_s);
   void drift(double duration_s);
@@ -98,11 +112,11 @@ class Engine {
   ContactListing listing_;
   ContactBodies bodies_;
   LiveRows live_;
-  std::vector<Vector4> forces_N_;  // on nodes
-  std::vector<Vector4> nodes_before_, rigid_before_, spins_before_;  // velocities: scratch
-  std::vector<Wrench> wrenches_;   // on rigid bodies; empty without joints
+  std::vector<Vector4> forces_N_;             // on nodes
+  std::vector<PoseOfOther> poses_of_others_;  // of each rigid body that is no ball
+  std::vector<Wrench> wrenches_;              // on rigid bodies; empty without joints
   BallList balls_;
-  std::vector<std::int32_t> other_places_;     // of spheres that are no balls
+  std::vector<OtherSphere> other_spheres_;
   std::vector<std::size_t> driven_;            // rigid bodies
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_

@@ -24,11 +24,27 @@ HWY_INLINE void AddInverseMass(Column normal, Column across, ContactRow& row, st
   Put(Get(row.across_mass_per_kg, i) + across, row.across_mass_per_kg, i);
 }
 
+/// Changes of velocity and spin of all lanes, to be added to movers lane by lane.
+struct MoverChanges {
+  alignas(64) float velocity[kColumnLanes][4], spin[kColumnLanes][4];
+};
+HWY_INLINE void AddFour(const float* HWY_RESTRICT from, float* HWY_RESTRICT to) {
+  for (int k = 0; k < 4; ++k) to[k] += from[k];
+}
+
+/// The share of a mover's mass that one of its contacts has, inverted. Half of their number makes
+/// iterations converge fastest for the slowest of all modes: those in which contacts push alike
+/// alternate, and those in which they cancel out decay.
+HWY_INLINE Column MassShare(Column contacts) {
+  return hn::Max(All(1.0F), All(0.5F) * contacts);
+}
+
 /// Sign: +1 for side a, -1 for side b, on which the opposite impulse acts.
 template <int Sign>
 struct BallSide {
   Column3 velocity, spin;
-  Column inverse_mass, zero;
+  Column inverse_mass, contacts;
+  MoverChanges changes;
 
   static HWY_INLINE const RowIndices& Movers(const ContactRow& row) {
     return Sign > 0 ? row.mover_a : row.mover_b;
@@ -38,14 +54,25 @@ struct BallSide {
     Mover* const movers = context.bodies->movers.data();
     GetColumns([=](std::size_t k) { return movers[index[k]].velocity_m_s; }, velocity,
                inverse_mass);
-    GetColumns([=](std::size_t k) { return movers[index[k]].spin; }, spin, zero);
+    GetColumns([=](std::size_t k) { return movers[index[k]].spin; }, spin, contacts);
   }
   HWY_INLINE void Store(const ContactRow& row, const SideContext& context) const {
     const std::int32_t* const index = Movers(row) + context.lane;
     Mover* const movers = context.bodies->movers.data();
     PutColumns(velocity, inverse_mass,
                [=](std::size_t k) { return movers[index[k]].velocity_m_s; });
-    PutColumns(spin, zero, [=](std::size_t k) { return movers[index[k]].spin; });
+    PutColumns(spin, contacts, [=](std::size_t k) { return movers[index[k]].spin; });
+  }
+  /// Afterwards Push() sums changes, which AddLane() adds to the mover of one lane.
+  HWY_INLINE void Clear() { velocity = spin = {All(0.0F), All(0.0F), All(0.0F)}; }
+  HWY_INLINE void ListChanges() {
+    PutColumns(velocity, All(0.0F), [this](std::size_t k) { return changes.velocity[k]; });
+    PutColumns(spin, All(0.0F), [this](std::size_t k) { return changes.spin[k]; });
+  }
+  HWY_INLINE void AddLane(const ContactRow& row, const SideContext& context, std::size_t k) const {
+    Mover& mover = context.bodies->changes[static_cast<std::size_t>(Movers(row)[context.lane + k])];
+    AddFour(changes.velocity[k], mover.velocity_m_s);
+    AddFour(changes.spin[k], mover.spin);
   }
   HWY_INLINE Column3 AtContact(const Column3& normal, Column lever) const {
     const Column3 around = lever * Cross(spin, normal);
@@ -57,9 +84,9 @@ struct BallSide {
     spin = spin - (All(2.5F) * lever) * Cross(normal, change);
   }
   HWY_INLINE void Prepare(ContactRow& row, const RowPlace&, const SideContext& context,
-                          const Column3&, Column lever) const {
-    AddInverseMass(inverse_mass, inverse_mass * (All(1.0F) + All(2.5F) * lever * lever), row,
-                   context.lane);
+                          const Column3&, Column lever, bool in_turn) const {
+    const Column share = in_turn ? inverse_mass : MassShare(contacts) * inverse_mass;
+    AddInverseMass(share, share * (All(1.0F) + All(2.5F) * lever * lever), row, context.lane);
   }
 };
 
@@ -84,6 +111,11 @@ struct RigidBodySide {
   HWY_INLINE void Store(const ContactRow& row, const SideContext& context) const {
     motion.Store(row, context);
   }
+  HWY_INLINE void Clear() { motion.Clear(); }
+  HWY_INLINE void ListChanges() { motion.ListChanges(); }
+  HWY_INLINE void AddLane(const ContactRow& row, const SideContext& context, std::size_t k) const {
+    motion.AddLane(row, context, k);
+  }
   HWY_INLINE Column3 Turn(const Column3& v) const {
     return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z,
             xz * v.x + yz * v.y + zz * v.z};
@@ -98,7 +130,7 @@ struct RigidBodySide {
   }
   /// The trace of the inverse mass across the normal bounds its larger eigenvalue.
   HWY_INLINE void Prepare(ContactRow& row, const RowPlace& place, const SideContext& context,
-                          const Column3& normal, Column lever) {
+                          const Column3& normal, Column lever, bool) {
     const std::int32_t* const index = (Sign > 0 ? place.sphere_a : place.sphere_b) + context.lane;
     const SphereArm* const arms = context.bodies->arms.data();
     Column radius;
@@ -109,15 +141,18 @@ struct RigidBodySide {
     const Column3 moment = Cross(arm, normal);
     const Column along = Dot(moment, Turn(moment));
     const Column trace = Dot(arm, arm) * (xx + yy + zz) - Dot(arm, Turn(arm));
-    AddInverseMass(motion.inverse_mass + along,
-                   motion.inverse_mass + hn::Max(trace - along, All(0.0F)), row, context.lane);
+    const Column share = MassShare(motion.contacts);
+    AddInverseMass(share * (motion.inverse_mass + along),
+                   share * (motion.inverse_mass + hn::Max(trace - along, All(0.0F))), row,
+                   context.lane);
   }
 };
 
 template <int Sign>
 struct SoftBodySide {
   Column3 velocity[4];
-  Column inverse_mass[4], weight[4];
+  Column inverse_mass[4], weight[4], contacts[4];
+  MoverChanges changes[4];
 
   HWY_INLINE void Load(const ContactRow&, const SideContext& context) {
     const SoftSide& side = context.list->soft_sides[context.side];
@@ -126,17 +161,25 @@ struct SoftBodySide {
       const std::int32_t* const index = side.node[node] + context.lane;
       GetColumns([=](std::size_t k) { return movers[index[k]].velocity_m_s; }, velocity[node],
                  inverse_mass[node]);
+      Column3 spin;
+      GetColumns([=](std::size_t k) { return movers[index[k]].spin; }, spin, contacts[node]);
       weight[node] = Get(side.weight[node], context.lane);
     }
   }
-  HWY_INLINE void Store(const ContactRow&, const SideContext& context) const {
+  HWY_INLINE void Clear() {
+    for (Column3& v : velocity) v = {All(0.0F), All(0.0F), All(0.0F)};
+  }
+  HWY_INLINE void ListChanges() {
+    for (int node = 0; node < 4; ++node)
+      PutColumns(velocity[node], All(0.0F),
+                 [this, node](std::size_t k) { return changes[node].velocity[k]; });
+  }
+  HWY_INLINE void AddLane(const ContactRow&, const SideContext& context, std::size_t k) const {
     const SoftSide& side = context.list->soft_sides[context.side];
-    Mover* const movers = context.bodies->movers.data();
-    for (int node = 0; node < 4; ++node) {
-      const std::int32_t* const index = side.node[node] + context.lane;
-      PutColumns(velocity[node], inverse_mass[node],
-                 [=](std::size_t k) { return movers[index[k]].velocity_m_s; });
-    }
+    for (int node = 0; node < 4; ++node)
+      AddFour(changes[node].velocity[k],
+              context.bodies->changes[static_cast<std::size_t>(side.node[node][context.lane + k])]
+                  .velocity_m_s);
   }
   HWY_INLINE Column3 AtContact(const Column3&, Column) const {
     return (weight[0] * velocity[0] + weight[1] * velocity[1]) +
@@ -149,20 +192,23 @@ struct SoftBodySide {
     }
   }
   HWY_INLINE void Prepare(ContactRow& row, const RowPlace&, const SideContext& context,
-                          const Column3&, Column) const {
+                          const Column3&, Column, bool) const {
     Column sum = All(0.0F);
     for (int node = 0; node < 4; ++node)
-      sum = sum + weight[node] * weight[node] * inverse_mass[node];
+      sum = sum + MassShare(contacts[node]) * weight[node] * weight[node] * inverse_mass[node];
     AddInverseMass(sum, sum, row, context.lane);
   }
 };
 
 struct PlaneSide {
+  HWY_INLINE void Clear() {}
+  HWY_INLINE void ListChanges() {}
+  HWY_INLINE void AddLane(const ContactRow&, const SideContext&, std::size_t) const {}
   HWY_INLINE void Load(const ContactRow&, const SideContext&) {}
   HWY_INLINE void Store(const ContactRow&, const SideContext&) const {}
   HWY_INLINE void Push(const Column3&, const Column3&, Column) {}
-  HWY_INLINE void Prepare(ContactRow&, const RowPlace&, const SideContext&, const Column3&,
-                          Column) const {}
+  HWY_INLINE void Prepare(ContactRow&, const RowPlace&, const SideContext&, const Column3&, Column,
+                          bool) const {}
   HWY_INLINE Column3 AtContact(const Column3&, Column) const {
     return {All(0.0F), All(0.0F), All(0.0F)};
   }

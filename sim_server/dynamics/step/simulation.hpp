@@ -206,7 +206,8 @@ class Simulation {
   snapshot::MovingFields moving_fields_;
   scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
-  std::optional<TickedWorld> ticked_;  // simulates in place of the integrator, if the method says so
+  std::optional<TickedWorld>
+      ticked_;  // simulates in place of the integrator, if the method says so
   IntegratorTraits traits_;
   std::vector<ToolMotion> tools_;                        // by hand
   std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last

@@ -21,8 +21,8 @@ struct DescribedWorld {
   std::size_t hands = 0;                // driven bodies behind these
 };
 
-/// Describes a world with its hands, whose tools are away at the start. Throws std::invalid_argument
-/// for a world with distance fields, which the engine does not have.
+/// Describes a world with its hands, whose tools are away at the start. Throws
+/// std::invalid_argument for a world with distance fields, which the engine does not have.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands);
 

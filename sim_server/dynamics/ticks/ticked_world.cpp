@@ -32,9 +32,9 @@ void TickedWorld::aim(const bodies::World& world, double time_s, double share,
     const ToolPose &from = *before_[hand], &to = *tools[hand];
     pose.position_m = from.position_m + share * (to.position_m - from.position_m);
     pose.velocity_m_s = to.velocity_m_s;
-    pose.orientation = rotation_by(share * rotation_vector(to.orientation *
-                                                           from.orientation.conjugate())) *
-                       from.orientation;
+    pose.orientation =
+        rotation_by(share * rotation_vector(to.orientation * from.orientation.conjugate())) *
+        from.orientation;
   }
 }
 

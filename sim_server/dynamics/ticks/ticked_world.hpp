@@ -34,15 +34,14 @@ class TickedWorld {
 
   /// What a step did.
   struct Report {
-    int substeps = 0;                                // of all ticks
-    int touching = 0;                                // contacts at the end
-    std::array<double, proto::kMaxHands> work_J{};   // that each hand's tool gave the world
-    double prescribed_work_J = 0.0;                  // that prescribed bodies gave it
+    int substeps = 0;                               // of all ticks
+    int touching = 0;                               // contacts at the end
+    std::array<double, proto::kMaxHands> work_J{};  // that each hand's tool gave the world
+    double prescribed_work_J = 0.0;                 // that prescribed bodies gave it
   };
   /// Advances the world by step_s, tools by hand: each moves evenly to its pose. Writes positions,
   /// velocities and the time to the world.
-  Report step(bodies::World& world, double step_s,
-              std::span<const std::optional<ToolPose>> tools);
+  Report step(bodies::World& world, double step_s, std::span<const std::optional<ToolPose>> tools);
 
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
 
@@ -55,8 +54,8 @@ class TickedWorld {
   std::vector<std::size_t> prescribed_;
   std::size_t first_hand_;  // among driven bodies
   std::unique_ptr<Engine> engine_;
-  std::vector<DrivenPose> driven_;                // at the end of a tick
-  std::vector<std::optional<ToolPose>> before_;   // by hand, at the end of the last step
+  std::vector<DrivenPose> driven_;               // at the end of a tick
+  std::vector<std::optional<ToolPose>> before_;  // by hand, at the end of the last step
 };
 
 }  // namespace stillgrid::dynamics
