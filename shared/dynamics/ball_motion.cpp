@@ -70,7 +70,7 @@ void StartBalls(const BallList& balls, SceneState& state, ContactBodies& bodies,
     SpherePlace& place = bodies.places[static_cast<std::size_t>(balls.place[i])];
     StoreFloats(moved, place.moved_m);
     const float x = mover.velocity_m_s[0], y = mover.velocity_m_s[1], z = mover.velocity_m_s[2];
-    place.reach_m = h * std::sqrt(x * x + y * y + z * z) + falls;
+    place.margin_m = h * std::sqrt(x * x + y * y + z * z) + falls;
   }
 }
 

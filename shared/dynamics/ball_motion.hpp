@@ -14,7 +14,7 @@ struct BallList {
   std::vector<std::int32_t> rigid;  // index into SceneState
   std::vector<std::int32_t> place;  // index into ContactBodies::places
   std::vector<float> radius_m;
-  std::vector<Vector4> base;  // of the centre where contacts were listed; w: how far it may move
+  std::vector<Vector4> base;  // centre at the last listing; w: longest way until the next
   std::size_t first_mover = 0;
 };
 
@@ -25,12 +25,12 @@ void start_balls(const BallList& balls, SceneState& state, ContactBodies& bodies
 /// Second: velocities with the change that gravity makes, for contacts alone.
 void kick_balls(const BallList& balls, const SceneState& state, ContactBodies& bodies,
                 const Vector4& change_m_s);
-/// Third: the state takes over what gravity and contacts changed, then half a drift.
+/// Third: adds the changes by gravity and contacts to the state, then half a drift.
 void finish_balls(const BallList& balls, SceneState& state, const ContactBodies& bodies,
                   double substep_s, const Vector4& change_m_s);
 /// Turns balls by the angular velocity that they have, for duration_s.
 void turn_balls(const BallList& balls, SceneState& state, double duration_s);
-/// Whether none leaves the way for which contacts were listed, within duration_s.
+/// Whether all balls stay within the way that contacts were listed for, for duration_s.
 [[nodiscard]] bool stay_within(const BallList& balls, const SceneState& state, double duration_s,
                                double falls_m);
 

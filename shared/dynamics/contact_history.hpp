@@ -6,7 +6,7 @@
 
 namespace stillgrid::dynamics {
 
-/// What a contact has from substep to substep; impulses and stretches act on side a.
+/// State of a contact between substeps. Impulses and stretches act on side a.
 struct ContactHistory {
   float push_impulse_N_s = 0.0F, friction_impulse_N_s[3] = {}, stretch_m[3] = {};
 };

@@ -35,12 +35,12 @@ class ContactListing {
     std::vector<Vector4> base;
     std::vector<std::int32_t> order;
     std::vector<RowGroup> groups;
-    std::vector<std::int32_t> sphere_a, sphere_b;  // of each lane: places in order, -1 if unused
-    std::vector<ContactHistory> history;           // of each lane
+    std::vector<std::int32_t> sphere_a, sphere_b;  // lanes: places in order, -1 if unused
+    std::vector<ContactHistory> history;           // lanes
   };
   void save(Saved& saved) const;
-  /// Throws std::invalid_argument, and changes nothing, where the numbers cannot be those of a
-  /// listing of this Description.
+  /// Throws std::invalid_argument where the numbers cannot be a listing of this Description.
+  /// The listing then stays as it is.
   void load(const Saved& saved);
 
   /// Forgets all contacts, and their history with them.
@@ -50,7 +50,7 @@ class ContactListing {
   [[nodiscard]] const RowList& rows() const noexcept { return rows_; }
   /// Spheres in the order in which SpherePlace and SphereArm are stored: near ones side by side.
   [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
-  /// Where each sphere was when contacts were listed, as order(); w: how far it may move.
+  /// Centres of spheres at the last listing, as order(). w: longest way until the next.
   [[nodiscard]] std::span<const Vector4> base() const noexcept { return base_; }
   [[nodiscard]] std::span<const SideKind> kinds() const noexcept { return kinds_; }
   /// Rigid bodies in the order of their movers, and the other way round.
@@ -65,7 +65,7 @@ class ContactListing {
   struct Candidate {
     std::int32_t a, b;
   };
-  /// What is read of spheres most, side by side for near ones: as order().
+  /// Constants of a sphere, stored as order(): side by side for near spheres.
   struct NearSphere {
     std::int32_t rigid, body, mover;  // the mover of a soft sphere is its first node
     SideKind kind;
@@ -103,7 +103,7 @@ class ContactListing {
   void pack();
   void derive_lane(std::size_t row, std::size_t lane, bool is_plane);
   void derive();
-  /// The mover that stands for planes and unused lanes.
+  /// The mover of planes and unused lanes.
   [[nodiscard]] std::int32_t world() const {
     return static_cast<std::int32_t>(description_.nodes.size() + description_.rigid_bodies.size());
   }
@@ -117,13 +117,14 @@ class ContactListing {
   NearPairs pairs_;
   RowPacker packer_;
   RowList rows_;
-  std::vector<Vector4> base_, bases_, balls_;  // as order_; of each sphere; of those that are here
+  std::vector<Vector4> base_, bases_,
+      balls_;  // stored: as order_; as spheres; spheres that are here
   std::vector<NearSphere> near_spheres_;
-  std::vector<PairConstants> constants_;  // of each pair of materials
+  std::vector<PairConstants> constants_;  // pairs of materials
   std::vector<std::int32_t> order_, rigid_order_, mover_of_rigid_, here_;
-  std::vector<std::vector<Candidate>> candidates_;  // by kinds, planes and touching ones first
+  std::vector<std::vector<Candidate>> candidates_;  // groups: planes, touching, near
   std::vector<KnownContact> known_;
-  std::vector<std::int32_t> first_known_;  // of each sphere, and one more
+  std::vector<std::int32_t> first_known_;  // one more than spheres
   std::size_t listings_ = 0;
 };
 

@@ -6,8 +6,8 @@
 
 namespace stillgrid::dynamics {
 
-/// Contacts in one row. Where contacts are solved in turn, no mover occurs in a row twice, so that
-/// vectors of any width may read and write the movers of a row lane by lane.
+/// Contacts in one row. No mover occurs twice in a row of contacts that are solved in turn. Vectors
+/// of any width then read and write movers lane by lane.
 inline constexpr std::size_t kRowLanes = 16;
 
 using RowFloats = float[kRowLanes];
@@ -26,13 +26,13 @@ struct alignas(32) InverseInertia {
   float xx = 0, xy = 0, xz = 0, zero = 0, yy = 0, yz = 0, zz = 0, zero_too = 0;
 };
 
-/// Where a collision sphere is.
+/// Position of a collision sphere.
 struct alignas(16) SpherePlace {
   float moved_m[3] = {};  // since contacts were listed
-  float reach_m = 0.0F;   // how far it may move within a substep
+  float margin_m = 0.0F;  // how far it may move within a substep
 };
 struct alignas(16) SphereArm {
-  float arm_m[3] = {};  // from the centre of its rigid body
+  float arm_m[3] = {};  // centre of the rigid body to the sphere's
   float radius_m = 0.0F;
 };
 
@@ -41,7 +41,7 @@ enum class SideKind : std::int32_t {  // so that a RowGroup has no padding
   kBall,   // a rigid body that is one sphere: its spin needs neither an arm nor an inertia
   kRigid,  // any other rigid body, also a driven one
   kSoft,   // a weighted sum of nodes
-  kPlane,  // the world: nothing moves it
+  kPlane,  // the world: never moves
 };
 
 /// The nodes of the soft side of a row. Unused ones have weight zero.
@@ -57,12 +57,12 @@ struct alignas(64) RigidSide {
 /// All that an iteration over one row reads and writes. Impulses are in N s and act on side a.
 struct alignas(64) ContactRow {
   RowIndices mover_a, mover_b;
-  RowFloats normal[3];  // from b to a
+  RowFloats normal[3];  // unit, towards a
   RowFloats spring_impulse_N_s,
       damper_impulse_N_s;         // at zero normal velocity at the end of the substep
-  RowFloats held_impulse_N_s[3];  // of friction, at zero slip at the end of the substep
+  RowFloats held_impulse_N_s[3];  // friction at zero slip at the end
   RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
-  RowFloats inverse_spring, inverse_both;                     // of the implicit equations
+  RowFloats inverse_spring, inverse_both;                     // solutions of the implicit equations
   RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
   RowFloats depth_m;  // at the middle of the substep; far below zero where no contact is near
   RowFloats lever;    // distance of the centres over the sum of the radii
@@ -71,12 +71,12 @@ struct alignas(64) ContactRow {
       friction_impulse_N_s[3];  // the impulses of the last substep: normal and friction
 };
 
-/// What a substep reads of a row once.
+/// Geometry and material of a row, read once a substep.
 struct alignas(64) RowPlace {
   RowIndices sphere_a, sphere_b;  // numbers of rows of spheres; of a plane its number
-  RowFloats apart_m[3];           // from b to a where contacts were listed
+  RowFloats apart_m[3];           // b to a at the last listing
   RowFloats radii_m;              // their sum
-  RowFloats stretch_m[3];         // of the spring that friction holds
+  RowFloats stretch_m[3];         // friction's spring
   RowFloats stiffness_N_per_m, damping_N_s_per_m;
 };
 
@@ -104,11 +104,10 @@ struct RowList {
 
 /// Movers and spheres that rows refer to.
 struct ContactBodies {
-  std::vector<Mover> movers;   // nodes, then rigid bodies, then one that never moves
-  std::vector<Mover> changes;  // as movers: sums of what contacts that are solved at once change
+  std::vector<Mover> movers;          // nodes, then rigid bodies, then one that never moves
+  std::vector<Mover> changes;         // sums over contacts that are solved at once, as movers
   std::vector<std::int32_t> changed;  // movers of such contacts that may push within the substep
-  std::vector<InverseInertia>
-      inverse_inertias;  // as movers; only of rigid bodies that are no balls
+  std::vector<InverseInertia> inverse_inertias;  // stored as movers; balls have none
   std::vector<SpherePlace> places;
   std::vector<SphereArm> arms;
 };

@@ -112,14 +112,14 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& ve
   const Column start = depth + All(0.5F * h) * u0;
   Put(All(h) * k * (depth + All(0.25F * h) * u0), row.spring_impulse_N_s, i);
   Put(c * (depth - hn::Max(start, zero)), row.damper_impulse_N_s, i);
-  const Column spring_slope = All(0.25F * h * h) * k, damper_slope = All(0.5F * h) * c;
-  Put(spring_slope, row.spring_slope_kg, i);
-  Put(damper_slope, row.damper_slope_kg, i);
-  Put(one / (one + mass * spring_slope), row.inverse_spring, i);
-  Put(one / (one + mass * (spring_slope + damper_slope)), row.inverse_both, i);
+  const Column spring_part = All(0.25F * h * h) * k, damper_part = All(0.5F * h) * c;
+  Put(spring_part, row.spring_slope_kg, i);
+  Put(damper_part, row.damper_slope_kg, i);
+  Put(one / (one + mass * spring_part), row.inverse_spring, i);
+  Put(one / (one + mass * (spring_part + damper_part)), row.inverse_both, i);
   const Column3 stretch = TurnedStretch(place, normal, i), slip = velocity - u0 * normal;
   const auto sticks = hn::Eq(Get(row.viscous_s_per_m, i), zero);
-  const Column slope = hn::IfThenElseZero(sticks, spring_slope + damper_slope);
+  const Column slope = hn::IfThenElseZero(sticks, spring_part + damper_part);
   Put(slope, row.hold_slope_kg, i);
   Put((hn::IfThenElseZero(sticks, All(h) * k)) * stretch + slope * slip, row.held_impulse_N_s, i);
   const Column3 drag = Get(row.friction_impulse_N_s, i);
@@ -235,12 +235,12 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
 /// The normal impulse that the equations ask for, from the normal velocity without it. The damper
 /// acts where the sides approach at the end that the spring alone leads to.
 HWY_INLINE Column SolvePush(const ContactRow& row, Column velocity, std::size_t i) {
-  const Column damper_slope = Get(row.damper_slope_kg, i);
+  const Column damper_part = Get(row.damper_slope_kg, i);
   const Column spring = Get(row.spring_impulse_N_s, i) - Get(row.spring_slope_kg, i) * velocity;
-  const Column damper = Get(row.damper_impulse_N_s, i) - damper_slope * velocity;
+  const Column damper = Get(row.damper_impulse_N_s, i) - damper_part * velocity;
   const Column alone = spring * Get(row.inverse_spring, i);
   const Column both = (spring + damper) * Get(row.inverse_both, i);
-  const Column left = damper - damper_slope * Get(row.normal_mass_per_kg, i) * alone;
+  const Column left = damper - damper_part * Get(row.normal_mass_per_kg, i) * alone;
   const Column push = hn::IfThenElse(hn::Gt(left, All(0.0F)), both, alone);
   return hn::IfThenElseZero(hn::Gt(push, All(0.0F)), push);  // never a negative zero
 }

@@ -7,22 +7,22 @@
 
 namespace stillgrid::dynamics {
 
-/// Contacts as soft constraints, solved by Gauss-Seidel over rows with a warm start: each has the
-/// stiffness and damping of its materials and the mean force of its law over a substep, to second
-/// order in the length of the substep. Friction is a spring that holds the points of contact and
-/// slides at Coulomb's limit.
+/// Contacts are soft constraints with a warm start. A contact has the stiffness and damping of its
+/// materials. Its force is the mean of the contact law over a substep, to second order. Contacts of
+/// balls are solved by Gauss-Seidel, all others by Jacobi with shares of mass. Friction is a spring
+/// that holds the points of contact and slides at Coulomb's limit.
 ///
-/// A substep calls prepare_rows() at its middle with the velocities of its start, then adds all
-/// other forces to the velocities, then calls warm_start_rows(), solve_rows() as often as it
-/// iterates, and finish_rows(). All functions are deterministic to the bit, on every instruction
-/// set. Realtime: none allocates, locks or throws, where live_rows has the capacity of the list.
+/// A substep calls prepare_rows() at its middle with the velocities of its start. It adds all other
+/// forces to the velocities. Then it calls warm_start_rows(), solve_rows() for each iteration, and
+/// finish_rows(). All functions are deterministic to the bit, on every instruction
+/// set. Realtime: yes, if LiveRows has the capacity of the list.
 ///
 /// Source: Macklin et al., Small Steps in Physics Simulation, SCA 2019; Catto, Solver2D, 2024.
 
 /// Rows of a group that may touch within the substep; indices are into RowList::rows.
 struct LiveRows {
   std::vector<std::uint32_t> rows;
-  std::vector<std::size_t> group_end;  // as RowList::groups
+  std::vector<std::size_t> group_end;  // one for each of RowList::groups
 };
 
 /// Computes geometry and effective masses of all rows that may touch, and lists these.

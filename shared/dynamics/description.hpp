@@ -55,7 +55,7 @@ struct Description {
     int node_count = 0;                                 // 1 to 4 where rigid is -1
     std::array<int, 4> nodes{};
     std::array<double, 4> weights{};  // sum to one
-    /// Above zero for a tool: friction is viscous below this speed and nothing sticks to it. The
+    /// Above zero for a tool: friction is viscous below this speed and never sticks. The
     /// contact has the material of the other side.
     double tool_slip_speed_m_s = 0.0;
   };

@@ -149,7 +149,7 @@ void Engine::place_spheres(double h) {
       speed = std::sqrt(square);
     }
     set_vector(place.moved_m, moved);
-    place.reach_m = static_cast<float>(h * speed + falls);
+    place.margin_m = static_cast<float>(h * speed + falls);
   }
 }
 
@@ -162,14 +162,14 @@ bool Engine::listing_holds(double tick_s) {
   for (const OtherSphere& sphere : other_spheres_) {
     const SpherePlace& place = bodies_.places[at(sphere.place)];
     const float x = place.moved_m[0], y = place.moved_m[1], z = place.moved_m[2];
-    const double way = std::sqrt(x * x + y * y + z * z) + place.reach_m;
+    const double way = std::sqrt(x * x + y * y + z * z) + place.margin_m;
     holds = holds && way < sphere.base.w;
   }
   return holds;
 }
 
 /// Sets what stays as it is from listing to listing.
-void Engine::take_listing() {
+void Engine::adopt_listing() {
   const std::size_t nodes = forces_N_.size();
   balls_.first_mover = nodes;
   balls_.rigid.clear();
@@ -305,7 +305,7 @@ void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
   aim_driven(driven, tick_s);
   if (!listing_holds(tick_s)) {
     listing_.list(state_, tick_s);
-    take_listing();
+    adopt_listing();
     is_stale_ = false;
   }
   const int count = substeps(tick_s);

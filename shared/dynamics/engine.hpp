@@ -21,15 +21,15 @@ namespace stillgrid::dynamics {
 /// A tick of physics: the period of the haptic loop.
 inline constexpr double kTick_s = 1e-3;
 
-/// Where a driven body is at the end of a tick. Within the tick it moves evenly.
+/// Pose of a driven body at the end of a tick. Within the tick it moves evenly.
 struct DrivenPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  // used in the tick in which it appears
-  bool is_here = true;                                     // false: it is away, and touches nothing
+  bool is_here = true;                                     // false: it is away and never touches
 };
 
-/// What pushed a driven body in a tick, in the frame of the world.
+/// Impulse of all contacts on a driven body in a tick, in the frame of the world.
 struct DrivenReaction {
   Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();  // about the body's position
@@ -59,19 +59,19 @@ class Engine {
   /// size before.
   void save(std::vector<std::byte>& block) const;
   /// Continues from a block of an engine of the same Description, to the bit. Throws
-  /// std::invalid_argument, and changes nothing, where the block is not one of such an engine.
+  /// std::invalid_argument where the block is not one of such an engine, and stays as it is.
   void load(std::span<const std::byte> block);
 
   [[nodiscard]] const Description& description() const noexcept { return description_; }
   [[nodiscard]] const SceneState& state() const noexcept { return state_; }
   [[nodiscard]] const ContactListing& listing() const noexcept { return listing_; }
-  /// Of the last tick, as `driven`.
+  /// Reactions of the last tick, one for each driven body.
   [[nodiscard]] std::span<const DrivenReaction> reactions() const noexcept { return reactions_; }
   /// Substeps of a tick of tick_s: as many as the stiffness of springs and joints asks for.
   [[nodiscard]] int substeps(double tick_s = kTick_s) const;
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
-  /// What the springs of contacts and of friction hold at the current positions.
+  /// Returns the energy of the springs of contacts and of friction at the current positions, J.
   [[nodiscard]] double contact_energy_J() const;
 
  private:
@@ -82,7 +82,7 @@ class Engine {
     std::array<double, 4> weights;
     Eigen::Vector3d local_m;
     double arm_m;  // length of local_m
-    Vector4 base;  // as ContactListing::base()
+    Vector4 base;  // see ContactListing::base()
   };
   struct PoseOfOther {
     Eigen::Matrix3d axes;
@@ -93,7 +93,7 @@ class Engine {
   void drift(double duration_s);
   void load_movers();
   void place_spheres(double substep_s);
-  void take_listing();
+  void adopt_listing();
   void sum_forces();
   void apply_forces(double duration_s);
   void kick(double substep_s, const Vector4& falls_m_s);
@@ -113,14 +113,14 @@ class Engine {
   ContactBodies bodies_;
   LiveRows live_;
   std::vector<Vector4> forces_N_;             // on nodes
-  std::vector<PoseOfOther> poses_of_others_;  // of each rigid body that is no ball
+  std::vector<PoseOfOther> poses_of_others_;  // entries of balls are unused
   std::vector<Wrench> wrenches_;              // on rigid bodies; empty without joints
   BallList balls_;
   std::vector<OtherSphere> other_spheres_;
   std::vector<std::size_t> driven_;            // rigid bodies
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_
-  std::vector<DrivenReaction> reactions_;      // as driven_
+  std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
   bool is_stale_ = true;                       // contacts must be listed before the next tick
   SpectrumBound bound_;

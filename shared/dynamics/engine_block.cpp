@@ -123,7 +123,7 @@ void Engine::load(std::span<const std::byte> block) {
     listing_.clear();
   } else {
     listing_.load(saved_);
-    take_listing();
+    adopt_listing();
   }
   state_ = std::move(state);
   is_stale_ = is_stale;

@@ -28,11 +28,11 @@ class NearPairs {
   /// Pairs of places in order(), ascending in `first`.
   [[nodiscard]] std::span<const NearPair> pairs() const noexcept { return pairs_; }
 
-  /// What the search reads. Arrays are padded by the lanes of the widest vector.
+  /// Input of the search. Arrays are padded by the lanes of the widest vector.
   struct Cells {
     std::array<int, 3> count{};
-    std::vector<std::int32_t> start, cell;  // of each cell and one more; of each place
-    std::vector<float> x, y, z, radius;     // of each place, from the corner of the grid
+    std::vector<std::int32_t> start, cell;  // cells and one more; places
+    std::vector<float> x, y, z, radius;     // places, relative to the grid's corner
   };
 
  private:

@@ -16,7 +16,7 @@ namespace stillgrid::dynamics {
 /// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a
 /// series instead of functions of the C library, which round differently on different processors.
 [[nodiscard]] inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) {
-  const double square = 0.25 * turn_rad.squaredNorm();  // of the half angle
+  const double square = 0.25 * turn_rad.squaredNorm();  // half the angle, squared
   if (square > 0.25) {
     const Eigen::Quaterniond half = rotation_by(0.5 * turn_rad);
     return (half * half).normalized();
@@ -57,8 +57,8 @@ namespace stillgrid::dynamics {
   return (rotation_by(duration_s * angular_velocity_rad_s) * orientation).normalized();
 }
 
-/// Turns a body without torque for `duration_s` by Heun's method; keeps its angular momentum to
-/// rounding, its energy to second order. inertia_kg_m2: principal, in the body's frame.
+/// Turns a body without torque for `duration_s` by Heun's method. Keeps angular momentum to
+/// rounding and energy to second order. inertia_kg_m2: principal, in the body's frame.
 inline void turn_freely(Eigen::Quaterniond& orientation, Eigen::Vector3d& angular_velocity_rad_s,
                         const Eigen::Vector3d& inertia_kg_m2, double duration_s) {
   if (inertia_kg_m2.x() == inertia_kg_m2.y() && inertia_kg_m2.y() == inertia_kg_m2.z()) {

@@ -37,7 +37,7 @@ class RowPacker {
   void close(std::size_t open);
 
   std::vector<OpenRow> open_ = std::vector<OpenRow>(kOpen);
-  std::vector<std::uint64_t> busy_;  // of each mover: the open rows that have it
+  std::vector<std::uint64_t> busy_;  // movers: bits of the open rows that have it
   std::vector<Row> rows_;
 };
 

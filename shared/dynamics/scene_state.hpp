@@ -35,10 +35,10 @@ struct alignas(32) Vector4 {
 struct SceneState {
   std::uint64_t tick = 0;  // ticks since the start
   std::vector<Vector4> node_position_m, node_velocity_m_s;
-  std::vector<Vector4> rigid_position_m, rigid_velocity_m_s;  // of the centre of mass
+  std::vector<Vector4> rigid_position_m, rigid_velocity_m_s;  // centre of mass
   std::vector<Vector4> orientation;                           // unit quaternions
   std::vector<Vector4> angular_velocity_rad_s;
-  std::vector<std::uint8_t> is_here;  // of rigid bodies; a driven one may be away
+  std::vector<std::uint8_t> is_here;  // 0: a driven body that is away
 };
 
 }  // namespace stillgrid::dynamics

@@ -11,7 +11,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 
-/// What a side needs besides its row.
+/// Arguments of a side besides its row.
 struct SideContext {
   ContactBodies* bodies;
   RowList* list;
@@ -32,9 +32,8 @@ HWY_INLINE void AddFour(const float* HWY_RESTRICT from, float* HWY_RESTRICT to) 
   for (int k = 0; k < 4; ++k) to[k] += from[k];
 }
 
-/// The share of a mover's mass that one of its contacts has, inverted. Half of their number makes
-/// iterations converge fastest for the slowest of all modes: those in which contacts push alike
-/// alternate, and those in which they cancel out decay.
+/// Inverse share of a mover's mass that one of its contacts has: half of their number. Convergence
+/// needs at least this. Larger numbers slow down modes in which impulses cancel out.
 HWY_INLINE Column MassShare(Column contacts) {
   return hn::Max(All(1.0F), All(0.5F) * contacts);
 }

@@ -14,7 +14,7 @@ class SpringTable {
  public:
   explicit SpringTable(const Description& description);
 
-  /// Adds to forces_N, in the order of nodes, what all springs and their dampers pull with.
+  /// Adds the forces of all springs and their dampers to forces_N, in the order of nodes.
   /// Deterministic to the bit on every instruction set. Realtime: never allocates, locks or throws.
   void add_forces(std::span<const Vector4> position_m, std::span<const Vector4> velocity_m_s,
                   std::span<Vector4> forces_N) const;

@@ -32,9 +32,9 @@ class TickedWorld {
   /// Throws std::invalid_argument for a world that is not covered.
   TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands);
 
-  /// What a step did.
+  /// Figures of a step.
   struct Report {
-    int substeps = 0;                               // of all ticks
+    int substeps = 0;                               // sum over ticks
     int touching = 0;                               // contacts at the end
     std::array<double, proto::kMaxHands> work_J{};  // that each hand's tool gave the world
     double prescribed_work_J = 0.0;                 // that prescribed bodies gave it
@@ -55,7 +55,7 @@ class TickedWorld {
   std::size_t first_hand_;  // among driven bodies
   std::unique_ptr<Engine> engine_;
   std::vector<DrivenPose> driven_;               // at the end of a tick
-  std::vector<std::optional<ToolPose>> before_;  // by hand, at the end of the last step
+  std::vector<std::optional<ToolPose>> before_;  // hands at the end of the last step
 };
 
 }  // namespace stillgrid::dynamics

@@ -34,7 +34,7 @@ struct DrawnScene {
     std::ranges::sort(scene.description.apart_spheres);
   }
 
-  /// Where the driven body is at the end of a tick; it is away in some.
+  /// Pose of the driven body at the end of a tick. In some ticks it is away.
   [[nodiscard]] DrivenPose tool(std::uint64_t tick) const {
     const double time_s = kTick_s * static_cast<double>(tick);
     DrivenPose pose;
