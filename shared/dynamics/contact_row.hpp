@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "shared/dynamics/scene_state.hpp"
+
 namespace stillgrid::dynamics {
 
 /// Contacts in one row. No mover occurs twice in a row of contacts that are solved in turn. Vectors
@@ -111,5 +113,12 @@ struct ContactBodies {
   std::vector<SpherePlace> places;
   std::vector<SphereArm> arms;
 };
+
+/// Rounds three numbers to floats.
+inline void set_vector(float (&to)[3], const Vector4& v) {
+  to[0] = static_cast<float>(v.x);
+  to[1] = static_cast<float>(v.y);
+  to[2] = static_cast<float>(v.z);
+}
 
 }  // namespace stillgrid::dynamics
