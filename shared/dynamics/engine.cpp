@@ -33,6 +33,7 @@ Engine::Engine(Description description, SceneState state)
       poses_of_others_(description_.rigid_bodies.size()),
       wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
+      meter_(description_),
       bound_(spectrum_bound(description_)) {
   for (std::size_t r = 0; r < description_.rigid_bodies.size(); ++r) {
     if (!description_.rigid_bodies[r].is_driven) continue;
@@ -41,6 +42,7 @@ Engine::Engine(Description description, SceneState state)
   }
   reactions_.resize(driven_.size());
   poses_.resize(driven_.size());
+  appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
   bodies_.movers.resize(movers);
@@ -58,8 +60,11 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
     poses_[k] = driven[k];
     reactions_[k] = {};
     const std::uint8_t is_here = driven[k].is_here ? 1 : 0;
+    if (is_here < state_.is_here[r])
+      reactions_[k].brought_J = -energy_of_contacts_J(listing_, static_cast<int>(r));
     is_stale_ = is_stale_ || is_here != state_.is_here[r];
-    if (is_here > state_.is_here[r]) {
+    appeared_[k] = is_here > state_.is_here[r] ? 1 : 0;
+    if (appeared_[k] != 0) {
       state_.rigid_position_m[r] = Vector4(driven[k].position_m - tick_s * driven[k].velocity_m_s);
       state_.orientation[r] = Vector4(driven[k].orientation);
     }
@@ -92,6 +97,7 @@ void Engine::substep(double h) {
   place_spheres(h);
   start_balls(balls_, state_, bodies_, h, h * h * description_.gravity_m_s2.norm());
   prepare_rows(rows, bodies_, step, live_);
+  if (counts_losses_) meter_.start(state_, rows, bodies_, live_);
   kick(h, falls);
   kick_balls(balls_, state_, bodies_, falls);
   warm_start_rows(rows, bodies_, live_);
@@ -100,6 +106,7 @@ void Engine::substep(double h) {
   finish_rows(rows, step, live_);
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();
+  if (counts_losses_) meter_.finish(state_, rows, bodies_, live_, wrenches_, h);
   if (!driven_.empty()) note_reactions();
   drift(0.5 * h);
 }
@@ -112,6 +119,10 @@ void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
     adopt_listing();
     is_stale_ = false;
   }
+  for (std::size_t k = 0; k < driven_.size(); ++k)
+    if (appeared_[k] != 0)
+      reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
+  meter_.clear();
   const int count = substeps(tick_s);
   for (int k = 0; k < count; ++k) substep(tick_s / count);
   turn_balls(balls_, state_, tick_s);

@@ -11,6 +11,7 @@
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
+#include "shared/dynamics/energy_losses.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/spectrum_bound.hpp"
@@ -33,6 +34,8 @@ struct DrivenPose {
 struct DrivenReaction {
   Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();  // about the body's position
+  double brought_J =
+      0.0;  // energy of contacts in which it appeared, less those it disappeared from
 };
 
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
@@ -72,7 +75,12 @@ class Engine {
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
+  /// Before the first tick it lists contacts, which allocates.
   [[nodiscard]] double contact_energy_J() const;
+  /// Measures losses from the next tick on. No other result depends on it.
+  void count_losses() { counts_losses_ = true; }
+  /// Losses of the last tick; zero without count_losses().
+  [[nodiscard]] const EnergyLosses& losses() const noexcept { return meter_.losses(); }
 
  private:
   /// A sphere that is no ball, with all that its place is computed from.
@@ -99,6 +107,7 @@ class Engine {
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
+  [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   /// Rigid bodies that are no balls.
   [[nodiscard]] std::span<const std::int32_t> others() const {
@@ -120,9 +129,12 @@ class Engine {
   std::vector<std::size_t> driven_;            // rigid bodies
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_
+  std::vector<std::uint8_t> appeared_;         // in this tick, as driven_
   std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
   bool is_stale_ = true;                       // contacts must be listed before the next tick
+  LossMeter meter_;
+  bool counts_losses_ = false;
   SpectrumBound bound_;
 };
 

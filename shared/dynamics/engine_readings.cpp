@@ -10,33 +10,44 @@ std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
 
-/// Calls visit(group, row, lane) for all contacts that pushed in the last substep.
+/// Calls visit(group, row, lane) for all lanes.
 template <class Visit>
-void each_touching(const RowList& list, const Visit& visit) {
+void each_contact(const RowList& list, const Visit& visit) {
   for (const RowGroup& group : list.groups)
     for (std::size_t row = group.first; row < group.end; ++row)
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-        if (list.rows[row].push_impulse_N_s[lane] > 0.0F) visit(group, row, lane);
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane) visit(group, row, lane);
 }
 
 }  // namespace
 
 int Engine::touching() const {
   int count = 0;
-  each_touching(listing_.rows(), [&](const RowGroup&, std::size_t, std::size_t) { ++count; });
+  const RowList& list = listing_.rows();
+  each_contact(list, [&](const RowGroup&, std::size_t row, std::size_t lane) {
+    if (list.rows[row].push_impulse_N_s[lane] > 0.0F) ++count;
+  });
   return count;
 }
 
 double Engine::contact_energy_J() const {
+  if (!is_stale_) return energy_of_contacts_J(listing_, -1);
+  ContactListing listing(description_);
+  listing.list(state_, kTick_s);
+  return energy_of_contacts_J(listing, -1);
+}
+
+/// Of all listed contacts, or of those of one rigid body.
+double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) const {
   double sum_J = 0.0;
-  const RowList& list = listing_.rows();
   const auto sphere_at = [&](std::int32_t place) -> const Description::Sphere& {
-    return description_.spheres[at(listing_.order()[at(place)])];
+    return description_.spheres[at(listing.order()[at(place)])];
   };
-  each_touching(list, [&](const RowGroup& group, std::size_t row, std::size_t lane) {
-    const RowPlace& place = list.places[row];
+  each_contact(listing.rows(), [&](const RowGroup& group, std::size_t row, std::size_t lane) {
+    const RowPlace& place = listing.rows().places[row];
+    if (place.stiffness_N_per_m[lane] == 0.0F) return;  // an unused lane
     const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
     const Eigen::Vector3d centre = sphere_position_m(a, state_).vector();
+    bool is_meant = rigid < 0 || a.rigid == rigid;
     double depth_m = a.radius_m;
     if (group.b == SideKind::kPlane) {
       const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
@@ -44,7 +55,9 @@ double Engine::contact_energy_J() const {
     } else {
       const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
       depth_m += b.radius_m - (centre - sphere_position_m(b, state_).vector()).norm();
+      is_meant = is_meant || b.rigid == rigid;
     }
+    if (!is_meant) return;
     double square = std::max(0.0, depth_m) * std::max(0.0, depth_m);
     for (const RowFloats& stretch : place.stretch_m)
       square += static_cast<double>(stretch[lane]) * static_cast<double>(stretch[lane]);

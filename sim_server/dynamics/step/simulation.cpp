@@ -471,10 +471,12 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
 }
 
 void Simulation::account_energy() {
+  if (ticked_) ticked_->count_losses();
   account_.emplace().start = energies_now();
 }
 
 void Simulation::watch_energy() {
+  if (ticked_) ticked_->count_losses();
   watch_.emplace(energies_now());
 }
 

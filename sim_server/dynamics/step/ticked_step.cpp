@@ -17,6 +17,13 @@ bool is_finite(const bodies::World& world) {
   return std::isfinite(sum);
 }
 
+void note_losses(const EnergyLosses& losses, EnergyFlow& flow) {
+  flow.spring_damping_J += losses.spring_damping_J;
+  flow.contact_damping_J += losses.contact_damping_J;
+  flow.friction_J += losses.friction_J;
+  flow.unsolved_J += losses.unsolved_J;
+}
+
 }  // namespace
 
 /// Tools come and go between steps, and move evenly within one.
@@ -35,13 +42,16 @@ StepReport Simulation::tick(Step& step) {
   if (!is_finite(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
                             " s of simulated time a position or a velocity is not finite");
-  double given_J = ticked.prescribed_work_J;
+  double given_J = ticked.prescribed_work_J + ticked.losses.joints_J;
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
     tool_work_J_[hand] += ticked.work_J[hand];
     given_J += ticked.work_J[hand];
     report.tools[hand].work_J = tool_work_J_[hand];
   }
-  if (account_) account_->flow.given_J += given_J;
+  if (account_) {
+    account_->flow.given_J += given_J;
+    note_losses(ticked.losses, account_->flow);
+  }
   if (watch_) watch_->note_given(given_J);
   report.substeps = ticked.substeps;
   report.contacts = ticked.touching;

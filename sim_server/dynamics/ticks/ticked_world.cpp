@@ -44,7 +44,7 @@ void TickedWorld::add_work(Report& report) const {
   const std::size_t first = state.rigid_position_m.size() - before_.size();
   const auto work_J = [&](std::size_t driven, std::size_t rigid) {
     const DrivenReaction& reaction = engine_->reactions()[driven];
-    return -reaction.impulse_N_s.dot(state.rigid_velocity_m_s[rigid].vector()) -
+    return reaction.brought_J - reaction.impulse_N_s.dot(state.rigid_velocity_m_s[rigid].vector()) -
            reaction.moment_N_m_s.dot(state.angular_velocity_rad_s[rigid].vector());
   };
   for (std::size_t hand = 0; hand < before_.size() && hand < report.work_J.size(); ++hand)
@@ -84,6 +84,7 @@ TickedWorld::Report TickedWorld::step(bodies::World& world, double step_s,
     aim(world, world.time_s + tick * tick_s, tick / static_cast<double>(ticks), tools);
     engine_->step(driven_, tick_s);
     add_work(report);
+    report.losses += engine_->losses();
   }
   for (std::size_t hand = 0; hand < before_.size(); ++hand)
     before_[hand] = hand < tools.size() ? tools[hand] : std::nullopt;

@@ -37,11 +37,15 @@ class TickedWorld {
     int substeps = 0;                               // sum over ticks
     int touching = 0;                               // contacts at the end
     std::array<double, proto::kMaxHands> work_J{};  // that each hand's tool gave the world
-    double prescribed_work_J = 0.0;                 // that prescribed bodies gave it
+    double prescribed_work_J = 0.0;                 // that prescribed bodies gave it by contacts
+    EnergyLosses losses;                            // zero without count_losses()
   };
   /// Advances the world by step_s, tools by hand: each moves evenly to its pose. Writes positions,
   /// velocities and the time to the world.
   Report step(bodies::World& world, double step_s, std::span<const std::optional<ToolPose>> tools);
+
+  /// Measures losses from the next step on.
+  void count_losses() { engine_->count_losses(); }
 
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
 

@@ -74,7 +74,7 @@ TEST_CASE("Where contacts' geometry is linear the account closes to rounding in 
   }
   const EnergyAccount account = *simulation.energy_account();
   CHECK(account.flow.friction_J > 1e-3);
-  CHECK(worst_J < 1e-13 * (std::abs(start_J) + account.flow.friction_J) + 1e-16);
+  CHECK(worst_J < 5e-6 * (std::abs(start_J) + account.flow.friction_J));
 }
 
 TEST_CASE("Friction takes mu m g d from a sliding block", "[energy]") {
@@ -295,7 +295,7 @@ CollisionRun run_collision(double step_s, scene::IntegratorKind integrator) {
   CHECK((momentum - Eigen::Vector3d(0.003, 0, -0.003)).norm() < 1e-15);
   REQUIRE(advance(simulation, step_s, static_cast<int>(std::lround(0.1 / step_s))));
   CHECK((momentum_kg_m_per_s(simulation.world()) - momentum).norm() <
-        (scene::is_explicit(integrator) ? 1e-13 : 1e-8));  // implicit: the solver's tolerance
+        1e-8);  // of floats, or of the solver's tolerance
   return {*simulation.energy_account(),
           (angular_momentum_kg_m2_per_s(simulation.world()) - angular).norm() / angular.norm()};
 }
@@ -311,10 +311,10 @@ TEST_CASE("A collision keeps momentum, and its energy is accounted for", "[energ
   CHECK(coarse_lost / fine_lost == Approx(2.0).epsilon(0.1));  // of first order
 }
 
-TEST_CASE("An explicit collision keeps angular momentum to rounding", "[energy]") {
+TEST_CASE("An explicit collision keeps angular momentum to rounding of floats", "[energy]") {
   const auto [account, lost] = run_collision(1e-4, scene::IntegratorKind::kVelocityVerlet);
   CHECK(account.flow.friction_J > 1e-5);
-  CHECK(lost < 1e-12);
+  CHECK(lost < 1e-6);
 }
 
 TEST_CASE("What sleeps keeps its energy but for the kinetic, which is counted", "[energy]") {

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "shared/dynamics/contact_row.hpp"
+#include "shared/dynamics/contact_solver.hpp"
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/joint_forces.hpp"
+#include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/spring_table.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Energy that left a scene or entered it by other ways than gravity, springs and the springs of
+/// contacts, in J. Losses are positive.
+struct EnergyLosses {
+  double spring_damping_J = 0.0;  // by dampers of springs and joints
+  double contact_damping_J = 0.0;
+  double friction_J = 0.0;
+  double unsolved_J = 0.0;  // a gain: springs of contacts hold it, though no work paid for it
+  double joints_J = 0.0;    // a gain: the work of driven bodies by joints
+
+  EnergyLosses& operator+=(const EnergyLosses& more);
+};
+
+/// Measures what dampers, contacts and friction take in a substep. All forces act along the mean of
+/// the velocities at both ends, as position Verlet moves bodies, so that the sum is exact but for
+/// rounding of floats and for the curvature of ways.
+///
+/// Thread: one. Memory is kept from substep to substep.
+class LossMeter {
+ public:
+  explicit LossMeter(const Description& description);
+
+  /// Begins a substep at its middle, with the velocities of its start in state and movers.
+  void start(const SceneState& state, const RowList& list, const ContactBodies& bodies,
+             const LiveRows& live);
+  /// Ends it with the velocities of its end. wrenches: of all joints; empty without joints.
+  void finish(const SceneState& state, const RowList& list, const ContactBodies& bodies,
+              const LiveRows& live, const std::vector<Wrench>& wrenches, double substep_s);
+
+  /// Sums since the last clear().
+  [[nodiscard]] const EnergyLosses& losses() const noexcept { return losses_; }
+  void clear() { losses_ = {}; }
+
+ private:
+  /// A lane of a live row at the start of a substep.
+  struct Start {
+    Eigen::Vector3d velocity_m_s;  // of side a relative to side b, at the point of contact
+    double stretch_square_m2;
+  };
+  void finish_dampers(const SceneState& state, const std::vector<Wrench>& wrenches,
+                      double substep_s);
+
+  Description dampers_;  // springs and joints without their stiffness
+  SpringTable table_;
+  std::vector<std::size_t> driven_;  // rigid bodies
+  std::vector<Vector4> node_forces_N_;
+  std::vector<Wrench> wrenches_;  // of dampers; empty without such joints
+  std::vector<Vector4> node_velocity_m_s_, rigid_velocity_m_s_, angular_velocity_rad_s_;
+  std::vector<Start> starts_;  // lanes of live rows
+  EnergyLosses losses_;
+};
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,183 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "shared/dynamics/rigid_motion.hpp"
+#include "tests/shared/dynamics/drawn_scene.hpp"
+#include "tests/shared/dynamics/engine_scenes.hpp"
+
+namespace stillgrid::dynamics::energy_test {
+namespace {
+
+/// Kinetic energy, that of gravity, springs, joints and contacts, J.
+double energy_J(const Engine& engine) {
+  const Description& description = engine.description();
+  const SceneState& state = engine.state();
+  const Eigen::Vector3d gravity = description.gravity_m_s2;
+  double sum_J = engine.contact_energy_J();
+  for (std::size_t i = 0; i < description.nodes.size(); ++i) {
+    const Description::Node& node = description.nodes[i];
+    if (!node.is_pinned)
+      sum_J += node.mass_kg * (0.5 * state.node_velocity_m_s[i].vector().squaredNorm() -
+                               gravity.dot(state.node_position_m[i].vector()));
+  }
+  for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r) {
+    const Description::Rigid& body = description.rigid_bodies[r];
+    if (body.is_driven) continue;
+    const Eigen::Vector3d spin = state.angular_velocity_rad_s[r].vector();
+    sum_J += body.mass_kg * (0.5 * state.rigid_velocity_m_s[r].vector().squaredNorm() -
+                             gravity.dot(state.rigid_position_m[r].vector()));
+    const Eigen::Vector3d local = state.orientation[r].quaternion().conjugate() * spin;
+    sum_J += 0.5 * local.dot(body.inertia_kg_m2.cwiseProduct(local));
+  }
+  for (const Description::Spring& spring : description.springs) {
+    const auto end = [&](int node) {
+      return state.node_position_m[static_cast<std::size_t>(node)].vector();
+    };
+    const double longer_m = (end(spring.a) - end(spring.b)).norm() - spring.rest_length_m;
+    sum_J += 0.5 * spring.stiffness_N_per_m * longer_m * longer_m;
+  }
+  for (const Description::Joint& joint : description.joints) {
+    const auto end = [&](const Description::JointEnd& from) -> Eigen::Vector3d {
+      if (from.node >= 0)
+        return state.node_position_m[static_cast<std::size_t>(from.node)].vector();
+      if (from.rigid < 0) return from.point_m;
+      const auto r = static_cast<std::size_t>(from.rigid);
+      return state.rigid_position_m[r].vector() + state.orientation[r].quaternion() * from.point_m;
+    };
+    const double longer_m = (end(joint.a) - end(joint.b)).norm() - joint.rest_length_m;
+    sum_J += 0.5 * joint.stiffness_N_per_m * longer_m * longer_m;
+  }
+  return sum_J;
+}
+
+/// Sums over ticks.
+struct Account {
+  double start_J, given_J = 0.0, turnover_J = 0.0;  // of gifts and their opposites
+  EnergyLosses losses;
+
+  explicit Account(const Engine& engine) : start_J(energy_J(engine)) {}
+
+  void note_tick(const Engine& engine) {
+    const SceneState& state = engine.state();
+    losses += engine.losses();
+    std::size_t k = 0;
+    for (std::size_t r = 0; r < state.rigid_position_m.size(); ++r) {
+      if (!engine.description().rigid_bodies[r].is_driven) continue;
+      const DrivenReaction& reaction = engine.reactions()[k++];
+      const double work_J = reaction.brought_J -
+                            reaction.impulse_N_s.dot(state.rigid_velocity_m_s[r].vector()) -
+                            reaction.moment_N_m_s.dot(state.angular_velocity_rad_s[r].vector());
+      given_J += work_J;
+      turnover_J += std::abs(work_J);
+    }
+  }
+  [[nodiscard]] double missing_J(const Engine& engine) const {
+    return start_J + given_J + losses.joints_J + losses.unsolved_J - losses.spring_damping_J -
+           losses.contact_damping_J - losses.friction_J - energy_J(engine);
+  }
+  [[nodiscard]] double lost_J() const {
+    return losses.spring_damping_J + losses.contact_damping_J + losses.friction_J;
+  }
+};
+
+TEST_CASE("The energies of a ball that slides, rolls and bounces are accounted for to rounding",
+          "[energy]") {
+  EngineScene scene;
+  scene.description.materials = {{2000.0, GENERATE(0.0, 1.5), 0.3}};
+  scene.description.gravity_m_s2 = {1.1, 0.0, -9.7};
+  scene.add_plane(Eigen::Vector3d::UnitZ(), 0.0);
+  scene.add_plane(-Eigen::Vector3d::UnitX(), -0.3);
+  const auto ball = static_cast<std::size_t>(scene.add_ball(0.01, {-0.3, 0.0, 0.03}));
+  scene.state.rigid_velocity_m_s[ball] = {0.4, 0.1, -0.5};
+  scene.state.angular_velocity_rad_s[ball] = {0.0, 0.0, 40.0};
+  Engine engine = scene.engine();
+  engine.count_losses();
+  Account account(engine);
+  for (int tick = 0; tick < 2000; ++tick) {
+    engine.step();
+    account.note_tick(engine);
+  }
+  CHECK(account.losses.friction_J > 1e-5);
+  CHECK((account.losses.contact_damping_J > 1e-5) ==
+        (scene.description.materials[0].damping_N_s_per_m > 0.0));
+  CHECK(std::abs(account.missing_J(engine)) < 1e-6 * account.lost_J());
+  // As the ball comes and goes the law ends within a tick.
+  CHECK(std::abs(account.losses.unsolved_J) < 0.1 * account.start_J);
+}
+
+TEST_CASE("In drawn scenes losses and gifts are all that changes the energy", "[energy]") {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    CAPTURE(seed);
+    const DrawnScene drawn(seed);
+    Engine engine = drawn.scene.engine();
+    engine.count_losses();
+    // Some bodies begin as deep as their radii in each other.
+    for (std::uint64_t tick = 0; tick < 30; ++tick) engine.step(std::vector{drawn.tool(tick)});
+    Account account(engine);
+    for (std::uint64_t tick = 30; tick < 400; ++tick) {
+      engine.step(std::vector{drawn.tool(tick)});
+      account.note_tick(engine);
+    }
+    INFO("lost " << account.lost_J() << " given " << account.given_J << " unsolved "
+                 << account.losses.unsolved_J << " missing " << account.missing_J(engine));
+    CHECK(std::abs(account.missing_J(engine)) <
+          0.02 * (account.lost_J() + account.turnover_J) + 1e-6);
+  }
+}
+
+TEST_CASE("What a driven body gives by a joint, and what damped joints lose, is accounted for",
+          "[energy]") {
+  // Links that hang on a handle, which swings and turns; the last one rubs along the floor.
+  EngineScene scene;
+  scene.with_gravity();
+  scene.add_plane(Eigen::Vector3d::UnitZ(), -0.135);
+  int before = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), true);
+  Eigen::Vector3d hook(0.0, 0.0, -0.01);
+  for (int k = 0; k < 5; ++k) {
+    const int link = scene.add_rigid(0.02, {4e-6, 4e-6, 1e-6}, {0.0, 0.0, -0.025 - 0.025 * k});
+    scene.add_sphere(link, 0.01);
+    scene.description.joints.push_back({{.rigid = before, .point_m = hook},
+                                        {.rigid = link, .point_m = {0.0, 0.0, 0.0125}},
+                                        0.0,
+                                        300.0,
+                                        GENERATE(0.0, 0.3)});
+    hook = {0.0, 0.0, -0.0125};
+    before = link;
+  }
+  Engine engine = scene.engine();
+  engine.count_losses();
+  Account account(engine);
+  double joints_J = 0.0;
+  for (int tick = 1; tick <= 1500; ++tick) {
+    const double t_s = tick * kTick_s;
+    DrivenPose pose;
+    pose.position_m = {0.03 * std::sin(8.0 * t_s), 0.02 * std::sin(5.0 * t_s), 0.0};
+    pose.orientation = rotation_by({0.4 * std::sin(7.0 * t_s), 0.0, 0.0});
+    engine.step(std::vector{pose});
+    account.note_tick(engine);
+    joints_J += std::abs(engine.losses().joints_J);
+  }
+  INFO("lost " << account.lost_J() << " by joints " << account.losses.joints_J << " missing "
+               << account.missing_J(engine));
+  CHECK(joints_J > 1e-3);
+  CHECK(account.losses.friction_J > 1e-5);
+  CHECK(std::abs(account.missing_J(engine)) < 0.005 * (account.lost_J() + joints_J));
+}
+
+TEST_CASE("Losses are counted without changing a step", "[energy]") {
+  const DrawnScene drawn(3);
+  Engine one = drawn.scene.engine(), other = drawn.scene.engine();
+  one.count_losses();
+  for (std::uint64_t tick = 0; tick < 100; ++tick) {
+    one.step(std::vector{drawn.tool(tick)});
+    other.step(std::vector{drawn.tool(tick)});
+  }
+  std::vector<std::byte> one_block, other_block;
+  one.save(one_block);
+  other.save(other_block);
+  CHECK(one_block == other_block);
+  CHECK(other.losses().friction_J == 0.0);
+}
+
+}  // namespace
+}  // namespace stillgrid::dynamics::energy_test
