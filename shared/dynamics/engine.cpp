@@ -23,7 +23,7 @@ Description validated(Description description) {
 
 }  // namespace
 
-Engine::Engine(Description description, SceneState state)
+Engine::Engine(Description description, SceneState state, EngineMethod method)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
@@ -45,6 +45,7 @@ Engine::Engine(Description description, SceneState state)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
+  if (method.kind == Method::kImplicitEuler) implicit_.emplace(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -123,9 +124,13 @@ void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
   meter_.clear();
-  const int count = substeps(tick_s);
-  for (int k = 0; k < count; ++k) substep(tick_s / count);
-  turn_balls(balls_, state_, tick_s);
+  if (implicit_) {
+    implicit_tick(tick_s);
+  } else {
+    const int count = substeps(tick_s);
+    for (int k = 0; k < count; ++k) substep(tick_s / count);
+    turn_balls(balls_, state_, tick_s);
+  }
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,8 @@
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/energy_losses.hpp"
+#include "shared/dynamics/engine_method.hpp"
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/spectrum_bound.hpp"
@@ -50,7 +53,7 @@ struct DrivenReaction {
 class Engine {
  public:
   /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
-  Engine(Description description, SceneState state);
+  Engine(Description description, SceneState state, EngineMethod method = {});
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -72,6 +75,8 @@ class Engine {
   [[nodiscard]] std::span<const DrivenReaction> reactions() const noexcept { return reactions_; }
   /// Substeps of a tick of tick_s: as many as the stiffness of springs and joints asks for.
   [[nodiscard]] int substeps(double tick_s = kTick_s) const;
+  /// Figures of the last tick by implicit Euler.
+  [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
@@ -109,6 +114,9 @@ class Engine {
   void note_reactions();
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
+  void implicit_tick(double tick_s);
+  [[nodiscard]] bool solve_part(double part_s);
+  void implicit_part(double part_s, int halvings);
   /// Rigid bodies that are no balls.
   [[nodiscard]] std::span<const std::int32_t> others() const {
     return listing_.rigid_order().subspan(balls_.rigid.size());
@@ -136,6 +144,9 @@ class Engine {
   LossMeter meter_;
   bool counts_losses_ = false;
   SpectrumBound bound_;
+  std::optional<ImplicitStep> implicit_;  // the method, if it is implicit
+  SolveFigures solve_;
+  SceneState ahead_;  // scratch
 };
 
 }  // namespace stillgrid::dynamics

@@ -1,0 +1,56 @@
+// A tick by implicit Euler.
+#include <algorithm>
+
+#include "shared/dynamics/engine.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr int kHalvings = 10;  // of a step in which something would pass through a body
+constexpr int kListings = 3;   // of one part, as its solution moves on
+
+}  // namespace
+
+void Engine::implicit_tick(double tick_s) {
+  solve_ = {};
+  implicit_part(tick_s, kHalvings);
+}
+
+/// Solves for the end of a part. False if something would pass through a body.
+bool Engine::solve_part(double h) {
+  implicit_->start(state_, h);
+  implicit_->restart(listing_);
+  if (implicit_->passes()) return false;
+  for (int k = 0;; ++k) {
+    implicit_->solve(solve_);
+    if (implicit_->passes()) return false;
+    if (implicit_->is_within(listing_)) return true;
+    if (k == kListings) return false;
+    ahead_ = state_;  // contacts of the ways that the solution leads
+    implicit_->write_velocities(ahead_);
+    listing_.list(ahead_, h);
+    adopt_listing();
+    implicit_->restart(listing_);
+  }
+}
+
+void Engine::implicit_part(double h, int halvings) {
+  if (!listing_holds(h)) {
+    listing_.list(state_, h);
+    adopt_listing();
+    is_stale_ = false;
+  }
+  if (!solve_part(h) && halvings > 0) {
+    implicit_part(0.5 * h, halvings - 1);
+    implicit_part(0.5 * h, halvings - 1);
+    return;
+  }
+  ++solve_.parts;
+  for (std::size_t k = 0; k < driven_.size(); ++k) {
+    reactions_[k].impulse_N_s += implicit_->impulse_N_s(driven_[k]);
+    reactions_[k].moment_N_m_s += implicit_->moment_N_m_s(driven_[k]);
+  }
+  implicit_->finish(state_, listing_.rows());
+}
+
+}  // namespace stillgrid::dynamics

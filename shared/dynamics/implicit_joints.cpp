@@ -1,0 +1,67 @@
+#include "shared/dynamics/implicit_joints.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr double kShortestLine_m2 = 1e-10;  // square of a length from which on it has a direction
+
+struct EndPlaces {
+  Eigen::Vector3d before_m, after_m;
+};
+
+/// Sets the arm of the point, too.
+EndPlaces places_of(const Description::JointEnd& end, const ImplicitPoses& poses,
+                    ActedPoint& point) {
+  if (end.node >= 0) {
+    const auto node = static_cast<std::size_t>(end.node);
+    return {poses.from().node_position_m[node].vector(), poses.to().node_position_m[node].vector()};
+  }
+  if (end.rigid < 0) return {end.point_m, end.point_m};
+  const auto r = static_cast<std::size_t>(end.rigid);
+  point.arm_m = poses.mean_arm_m(r, end.point_m);
+  return {poses.from().rigid_position_m[r].vector() + poses.arm_before_m(r, end.point_m),
+          poses.to().rigid_position_m[r].vector() + poses.arm_m(r, end.point_m)};
+}
+
+ActedPoint point_of(const Description::JointEnd& end) {
+  ActedPoint point;
+  if (end.node >= 0)
+    point.set_node(end.node);
+  else
+    point.rigid = end.rigid;
+  return point;
+}
+
+}  // namespace
+
+std::vector<Coupling> joint_couplings(const Description& description) {
+  std::vector<Coupling> couplings;
+  for (const Description::Joint& joint : description.joints)
+    if (joint.rest_length_m <= 0.0)
+      couplings.push_back({.a = point_of(joint.a), .b = point_of(joint.b), .is_active = true});
+  return couplings;
+}
+
+void evaluate_joints(const Description& description, const ImplicitPoses& poses,
+                     const Motions& velocities, std::vector<Coupling>& couplings) {
+  const double h = poses.step_s();
+  auto coupling = couplings.begin();
+  for (const Description::Joint& joint : description.joints) {
+    if (joint.rest_length_m > 0.0) continue;
+    const EndPlaces a = places_of(joint.a, poses, coupling->a);
+    const EndPlaces b = places_of(joint.b, poses, coupling->b);
+    Eigen::Matrix3d damping = joint.damping_N_s_per_m * Eigen::Matrix3d::Identity();
+    if (joint.a.node >= 0 && joint.b.node >= 0) {
+      const Eigen::Vector3d line = 0.5 * (a.before_m - b.before_m + a.after_m - b.after_m);
+      damping = joint.damping_N_s_per_m / (line.squaredNorm() + kShortestLine_m2) * line *
+                line.transpose();
+    }
+    coupling->impulse_N_s = -h * joint.stiffness_N_per_m * (a.after_m - b.after_m) -
+                            h * damping * relative_velocity(*coupling, velocities, poses);
+    coupling->slope_kg =
+        h * h * joint.stiffness_N_per_m * Eigen::Matrix3d::Identity() + h * damping;
+    ++coupling;
+  }
+}
+
+}  // namespace stillgrid::dynamics

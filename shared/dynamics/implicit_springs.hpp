@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/conjugate_gradients.hpp"
+#include "shared/dynamics/description.hpp"
+#include "shared/dynamics/implicit_coupling.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Springs and dampers along lines between nodes in an implicit step, also joints of a rest length.
+/// The
+/// force depends on the length at the end and its change over the step, along the line at the end:
+/// it is the derivative of a potential. A damper on the velocity along a line would stretch a
+/// spring that turns, and so gain energy.
+///
+/// Thread: one. Memory is allocated by the constructor.
+class ImplicitSprings {
+ public:
+  explicit ImplicitSprings(const Description& description);
+
+  void start(std::span<const Vector4> positions_m);
+  /// Adds the impulses of a step that ends at positions_m, and stores how they change.
+  void add_impulses(std::span<const Vector4> positions_m, double step_s, Motions& impulses);
+  /// Adds the decrease of impulses by these velocities.
+  void multiply(const Motions& velocities, Motions& sums) const;
+  void add_blocks(MassBlocks& blocks) const;
+
+ private:
+  struct Spring {
+    std::int32_t a, b;
+    double rest_m, stiffness_N_per_m, damping_N_s_per_m;
+    Vector4 line_m;      // a to b at the start; w: its length
+    Vector4 along_root;  // its outer product and w times the identity are the slope in kg
+  };
+  std::vector<Spring> springs_;
+};
+
+}  // namespace stillgrid::dynamics
