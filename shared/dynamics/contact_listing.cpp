@@ -165,7 +165,10 @@ bool has_pair(const std::vector<std::pair<int, int>>& pairs, int i, int j) {
 
 bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
   const NearSphere &a = near_spheres_[at(place)], &b = near_spheres_[at(other)];
-  if ((a.rigid >= 0 && a.rigid == b.rigid) || (a.is_driven && b.is_driven)) return false;
+  if (a.rigid >= 0 && a.rigid == b.rigid) return false;
+  // A tool feels driven bodies, though nothing moves.
+  const bool is_felt = (a.tool_slip_speed_m_s > 0.0F) != (b.tool_slip_speed_m_s > 0.0F);
+  if (a.is_driven && b.is_driven && !is_felt) return false;
   return a.body == b.body
              ? !has_pair(description_.apart_spheres, order_[at(place)], order_[at(other)])
              : !has_pair(description_.apart, a.body, b.body);

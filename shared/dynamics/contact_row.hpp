@@ -114,6 +114,16 @@ struct ContactBodies {
   std::vector<SphereArm> arms;
 };
 
+/// Whether both sides of a contact are driven bodies.
+[[nodiscard]] inline bool is_between_driven(const RowGroup& group, const ContactRow& row,
+                                            const ContactBodies& bodies, std::size_t lane) {
+  const auto is_driven = [&](std::int32_t mover) {
+    return bodies.movers[static_cast<std::size_t>(mover)].inverse_mass_per_kg == 0.0F;
+  };
+  return group.a == SideKind::kRigid && group.b == SideKind::kRigid &&
+         is_driven(row.mover_a[lane]) && is_driven(row.mover_b[lane]);
+}
+
 /// Rounds three numbers to floats.
 inline void set_vector(float (&to)[3], const Vector4& v) {
   to[0] = static_cast<float>(v.x);

@@ -62,7 +62,7 @@ double stretch_square_m2(const RowPlace& place, std::size_t lane) {
   return lane_of(place.stretch_m, lane).squaredNorm();
 }
 
-/// Calls visit(number, row, lane, relative velocity) for all lanes of live rows.
+/// Calls visit(group, number, row, lane, relative velocity) for all lanes of live rows.
 template <class Visit>
 void each_lane(const RowList& list, const ContactBodies& bodies, const LiveRows& live,
                const Visit& visit) {
@@ -72,7 +72,7 @@ void each_lane(const RowList& list, const ContactBodies& bodies, const LiveRows&
     for (; i < live.group_end[g]; ++i) {
       const std::size_t row = live.rows[i], k = row - group.first;
       for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-        visit(number++, row, lane,
+        visit(g, number++, row, lane,
               side_velocity_m_s(list, bodies, group.a, group.first_side_a + k, row, lane, 1) -
                   side_velocity_m_s(list, bodies, group.b, group.first_side_b + k, row, lane, -1));
     }
@@ -132,7 +132,8 @@ void LossMeter::start(const SceneState& state, const RowList& list, const Contac
   angular_velocity_rad_s_ = state.angular_velocity_rad_s;
   starts_.resize(live.rows.size() * kRowLanes);
   each_lane(list, bodies, live,
-            [&](std::size_t number, std::size_t row, std::size_t lane, const Eigen::Vector3d& u) {
+            [&](std::size_t, std::size_t number, std::size_t row, std::size_t lane,
+                const Eigen::Vector3d& u) {
               starts_[number] = {u, stretch_square_m2(list.places[row], lane)};
             });
 }
@@ -141,7 +142,9 @@ void LossMeter::finish(const SceneState& state, const RowList& list, const Conta
                        const LiveRows& live, const std::vector<Wrench>& wrenches, double h) {
   finish_dampers(state, wrenches, h);
   each_lane(list, bodies, live,
-            [&](std::size_t number, std::size_t row, std::size_t lane, const Eigen::Vector3d& u) {
+            [&](std::size_t group, std::size_t number, std::size_t row, std::size_t lane,
+                const Eigen::Vector3d& u) {
+              if (is_between_driven(list.groups[group], list.rows[row], bodies, lane)) return;
               const Start& start = starts_[number];
               losses_ += contact_losses(list.rows[row], list.places[row], lane, start.velocity_m_s,
                                         u, start.stretch_square_m2, h);

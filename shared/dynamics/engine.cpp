@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -52,6 +53,10 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   bodies_.inverse_inertias.resize(movers);
   bodies_.places.resize(description_.spheres.size());
   bodies_.arms.resize(description_.spheres.size());
+  ways_m_.resize(description_.spheres.size());
+  smallest_radius_m_ = std::numeric_limits<double>::infinity();
+  for (const Description::Sphere& sphere : description_.spheres)
+    smallest_radius_m_ = std::min(smallest_radius_m_, sphere.radius_m);
 }
 
 void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
@@ -80,7 +85,7 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
 
 /// Position Verlet is stable where (h w)^2 / 4 + h d / 2 < 1 for the fastest vibration w and the
 /// strongest damper d, and errs by (h w)^2 / 24 of the phase.
-int Engine::substeps(double tick_s) const {
+int Engine::substeps_by_stiffness(double tick_s) const {
   constexpr double kMaxStable = 0.9, kMaxTurn_rad = 1.0;
   for (int count = 1;; ++count) {
     const double h = tick_s / count, turn = h * bound_.frequency_rad_s;
@@ -112,25 +117,37 @@ void Engine::substep(double h) {
   drift(0.5 * h);
 }
 
+void Engine::list_contacts(double tick_s) {
+  listing_.list(state_, tick_s);
+  adopt_listing();
+  place_spheres(tick_s);
+  is_stale_ = false;
+}
+
+void Engine::divided_tick(double tick_s) {
+  const int by_speed = substeps_by_speed(tick_s);
+  substeps_ = std::max(substeps_by_stiffness(tick_s), by_speed);
+  const double substep_s = tick_s / substeps_;
+  for (int k = 0; k < substeps_; ++k) {
+    // A sphere that was struck may be faster than contacts were listed for.
+    if (k > 0 && by_speed > 1 && !listing_holds(substep_s)) list_contacts(tick_s - k * substep_s);
+    substep(substep_s);
+  }
+  turn_balls(balls_, state_, tick_s);
+}
+
 void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
   const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
   aim_driven(driven, tick_s);
-  if (!listing_holds(tick_s)) {
-    listing_.list(state_, tick_s);
-    adopt_listing();
-    is_stale_ = false;
-  }
+  if (!listing_holds(tick_s)) list_contacts(tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
   meter_.clear();
-  if (implicit_) {
+  if (implicit_)
     implicit_tick(tick_s);
-  } else {
-    const int count = substeps(tick_s);
-    for (int k = 0; k < count; ++k) substep(tick_s / count);
-    turn_balls(balls_, state_, tick_s);
-  }
+  else
+    divided_tick(tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

@@ -36,9 +36,11 @@ struct DrivenPose {
 /// Impulse of all contacts on a driven body in a tick, in the frame of the world.
 struct DrivenReaction {
   Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();  // about the body's position
-  double brought_J =
-      0.0;  // energy of contacts in which it appeared, less those it disappeared from
+  Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();       // about the body's position
+  Eigen::Vector3d rigid_impulse_N_s = Eigen::Vector3d::Zero();  // of these by driven bodies
+  Eigen::Vector3d rigid_moment_N_m_s = Eigen::Vector3d::Zero();
+  /// Energy of contacts in which the body appeared, less those from which it disappeared.
+  double brought_J = 0.0;
 };
 
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
@@ -73,8 +75,9 @@ class Engine {
   [[nodiscard]] const ContactListing& listing() const noexcept { return listing_; }
   /// Reactions of the last tick, one for each driven body.
   [[nodiscard]] std::span<const DrivenReaction> reactions() const noexcept { return reactions_; }
-  /// Substeps of a tick of tick_s: as many as the stiffness of springs and joints asks for.
-  [[nodiscard]] int substeps(double tick_s = kTick_s) const;
+  /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
+  /// where spheres meet at high speed.
+  [[nodiscard]] int substeps() const noexcept { return substeps_; }
   /// Figures of the last tick by implicit Euler.
   [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
@@ -106,14 +109,21 @@ class Engine {
   void drift(double duration_s);
   void load_movers();
   void place_spheres(double substep_s);
+  void list_contacts(double tick_s);
+  bool measure_ways(double tick_s);
+  [[nodiscard]] int substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_plane,
+                                     double tick_s) const;
+  [[nodiscard]] int substeps_by_speed(double tick_s);
   void adopt_listing();
   void sum_forces();
   void apply_forces(double duration_s);
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
+  [[nodiscard]] int substeps_by_stiffness(double tick_s) const;
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
+  void divided_tick(double tick_s);
   void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
   void implicit_part(double part_s, int halvings);
@@ -140,7 +150,10 @@ class Engine {
   std::vector<std::uint8_t> appeared_;         // in this tick, as driven_
   std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
-  bool is_stale_ = true;                       // contacts must be listed before the next tick
+  std::vector<float> ways_m_;                  // of spheres in a tick, as ContactListing::order()
+  double smallest_radius_m_ = 0.0;
+  int substeps_ = 1;      // of the last tick
+  bool is_stale_ = true;  // contacts must be listed before the next tick
   LossMeter meter_;
   bool counts_losses_ = false;
   SpectrumBound bound_;

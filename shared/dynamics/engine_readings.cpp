@@ -56,6 +56,11 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
       const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
       depth_m += b.radius_m - (centre - sphere_position_m(b, state_).vector()).norm();
       is_meant = is_meant || b.rigid == rigid;
+      // No energy of the scene is between two driven bodies.
+      const auto is_driven = [&](int r) {
+        return r >= 0 && description_.rigid_bodies[at(r)].is_driven;
+      };
+      if (is_driven(a.rigid) && is_driven(b.rigid)) return;
     }
     if (!is_meant) return;
     double square = std::max(0.0, depth_m) * std::max(0.0, depth_m);
@@ -69,7 +74,7 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
 void Engine::note_reactions() {
   const RowList& list = listing_.rows();
   const auto note = [&](std::int32_t mover, const RigidSide& side, std::size_t lane, double sign,
-                        const ContactRow& row) {
+                        const ContactRow& row, bool is_rigid) {
     const std::size_t k = at(mover) - forces_N_.size();
     const auto order = listing_.rigid_order();
     if (k >= order.size() || driven_of_rigid_[at(order[k])] < 0) return;
@@ -81,6 +86,9 @@ void Engine::note_reactions() {
         sign * (row.push_impulse_N_s[lane] * vector(row.normal) + vector(row.friction_impulse_N_s));
     reaction.impulse_N_s += impulse;
     reaction.moment_N_m_s += vector(side.arm_m).cross(impulse);
+    if (!is_rigid) return;
+    reaction.rigid_impulse_N_s += impulse;
+    reaction.rigid_moment_N_m_s += vector(side.arm_m).cross(impulse);
   };
   for (std::size_t g = 0, i = 0; g < list.groups.size(); ++g) {
     const RowGroup& group = list.groups[g];
@@ -89,10 +97,13 @@ void Engine::note_reactions() {
       const ContactRow& row = list.rows[index];
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         if (row.push_impulse_N_s[lane] == 0.0F) continue;
+        const bool is_rigid = is_between_driven(group, row, bodies_, lane);
         if (group.a == SideKind::kRigid)
-          note(row.mover_a[lane], list.rigid_sides[group.first_side_a + k], lane, 1.0, row);
+          note(row.mover_a[lane], list.rigid_sides[group.first_side_a + k], lane, 1.0, row,
+               is_rigid);
         if (group.b == SideKind::kRigid)
-          note(row.mover_b[lane], list.rigid_sides[group.first_side_b + k], lane, -1.0, row);
+          note(row.mover_b[lane], list.rigid_sides[group.first_side_b + k], lane, -1.0, row,
+               is_rigid);
       }
     }
   }

@@ -42,7 +42,7 @@ StepReport Simulation::tick(Step& step) {
   if (!is_finite(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
                             " s of simulated time a position or a velocity is not finite");
-  double given_J = ticked.prescribed_work_J + ticked.losses.joints_J;
+  double given_J = ticked.prescribed_work_J + ticked.losses.joints_J - ticked.to_driven_J;
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
     tool_work_J_[hand] += ticked.work_J[hand];
     given_J += ticked.work_J[hand];

@@ -42,15 +42,25 @@ void TickedWorld::aim(const bodies::World& world, double time_s, double share,
 void TickedWorld::add_work(Report& report) const {
   const SceneState& state = engine_->state();
   const std::size_t first = state.rigid_position_m.size() - before_.size();
-  const auto work_J = [&](std::size_t driven, std::size_t rigid) {
-    const DrivenReaction& reaction = engine_->reactions()[driven];
-    return reaction.brought_J - reaction.impulse_N_s.dot(state.rigid_velocity_m_s[rigid].vector()) -
-           reaction.moment_N_m_s.dot(state.angular_velocity_rad_s[rigid].vector());
+  const auto along = [&](std::size_t rigid, const Eigen::Vector3d& impulse,
+                         const Eigen::Vector3d& moment) {
+    return -impulse.dot(state.rigid_velocity_m_s[rigid].vector()) -
+           moment.dot(state.angular_velocity_rad_s[rigid].vector());
   };
-  for (std::size_t hand = 0; hand < before_.size() && hand < report.work_J.size(); ++hand)
-    report.work_J[hand] += work_J(first_hand_ + hand, first + hand);
+  const auto work_J = [&](const DrivenReaction& reaction, std::size_t rigid) {
+    return reaction.brought_J + along(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
+  };
+  const auto to_driven_J = [&](const DrivenReaction& reaction, std::size_t rigid) {
+    return along(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
+  };
+  const auto reactions = engine_->reactions();
+  for (std::size_t hand = 0; hand < before_.size() && hand < report.work_J.size(); ++hand) {
+    report.work_J[hand] += work_J(reactions[first_hand_ + hand], first + hand);
+    report.to_driven_J += to_driven_J(reactions[first_hand_ + hand], first + hand);
+  }
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
-    report.prescribed_work_J += work_J(k, prescribed_[k]);
+    report.prescribed_work_J +=
+        work_J(reactions[k], prescribed_[k]) - to_driven_J(reactions[k], prescribed_[k]);
 }
 
 void TickedWorld::write_to(bodies::World& world) const {
@@ -84,13 +94,13 @@ TickedWorld::Report TickedWorld::step(bodies::World& world, double step_s,
     aim(world, world.time_s + tick * tick_s, tick / static_cast<double>(ticks), tools);
     engine_->step(driven_, tick_s);
     add_work(report);
+    report.substeps += engine_->substeps();
     report.losses += engine_->losses();
   }
   for (std::size_t hand = 0; hand < before_.size(); ++hand)
     before_[hand] = hand < tools.size() ? tools[hand] : std::nullopt;
   world.time_s += step_s;
   write_to(world);
-  report.substeps = ticks * engine_->substeps(tick_s);
   report.touching = engine_->touching();
   return report;
 }

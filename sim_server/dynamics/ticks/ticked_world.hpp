@@ -36,7 +36,8 @@ class TickedWorld {
   struct Report {
     int substeps = 0;                               // sum over ticks
     int touching = 0;                               // contacts at the end
-    std::array<double, proto::kMaxHands> work_J{};  // that each hand's tool gave the world
+    std::array<double, proto::kMaxHands> work_J{};  // that each hand's tool gave
+    double to_driven_J = 0.0;                       // of it to prescribed and static bodies
     double prescribed_work_J = 0.0;                 // that prescribed bodies gave it by contacts
     EnergyLosses losses;                            // zero without count_losses()
   };
