@@ -66,12 +66,43 @@ Vector4 sphere_position_m(const Description::Sphere& sphere, const SceneState& s
   return sum;
 }
 
+double listing_margin_m(double length_m, double next_m) {
+  return kSkin * length_m + std::min(kTicksAhead * next_m, next_m + kFarthestAhead * length_m);
+}
+
+namespace {
+
+/// The radius; of a surface point, which is far smaller than its solid, the cell of its field.
+double length_m(const Description& description, const Description::Sphere& sphere) {
+  double length = sphere.radius_m;
+  for (const Description::Field& field : description.fields)
+    if (sphere.is_field_point && sphere.rigid == field.rigid)
+      length = std::max(length, field_cell_m(field));
+  return length;
+}
+
+}  // namespace
+
+Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere, const SceneState& state) {
+  if (sphere.rigid >= 0) {
+    const auto r = at(sphere.rigid);
+    const Eigen::Vector3d arm = state.orientation[r].quaternion() * sphere.local_m;
+    return state.rigid_velocity_m_s[r].vector() +
+           state.angular_velocity_rad_s[r].vector().cross(arm);
+  }
+  Vector4 sum;
+  for (std::size_t k = 0; k < at(sphere.node_count); ++k)
+    sum = sum + sphere.weights[k] * state.node_velocity_m_s[at(sphere.nodes[k])];
+  return sum.vector();
+}
+
 ContactListing::ContactListing(const Description& description)
     : description_(description), candidates_(kKinds + 2 * kKinds * kKinds) {
   // Balls are alone on their body, and feel contacts and gravity only.
   std::vector<int> spheres(description.rigid_bodies.size());
   for (const Description::Sphere& sphere : description.spheres)
     if (sphere.rigid >= 0) ++spheres[at(sphere.rigid)];
+  for (const Description::Field& field : description.fields) spheres[at(field.rigid)] += 2;
   for (const Description::Joint& joint : description.joints)
     for (const Description::JointEnd& end : {joint.a, joint.b})
       if (end.rigid >= 0) spheres[at(end.rigid)] += 2;
@@ -79,6 +110,7 @@ ContactListing::ContactListing(const Description& description)
     SideKind kind = side_kind(description, sphere);
     if (kind == SideKind::kBall && spheres[at(sphere.rigid)] > 1) kind = SideKind::kRigid;
     kinds_.push_back(kind);
+    lengths_m_.push_back(length_m(description, sphere));
   }
   for (const collision::ContactMaterial& a : description.materials)
     for (const collision::ContactMaterial& b : description.materials) {
@@ -99,8 +131,7 @@ void ContactListing::bound_ways(const SceneState& state, double tick_s) {
     const Description::Sphere& sphere = description_.spheres[s];
     const double next = speed_m_s(sphere, state) * tick_s;
     bases_[s] = sphere_position_m(sphere, state);
-    bases_[s].w = kSkin * sphere.radius_m + falls +
-                  std::min(kTicksAhead * next, next + kFarthestAhead * sphere.radius_m);
+    bases_[s].w = listing_margin_m(lengths_m_[s], next) + falls;
     if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
     here_.push_back(static_cast<std::int32_t>(s));
     balls_.push_back(bases_[s]);
@@ -150,8 +181,10 @@ void ContactListing::collect_near() {
          .is_driven = sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven,
          .material = sphere.material,
          .tool_slip_speed_m_s = static_cast<float>(sphere.tool_slip_speed_m_s),
+         .is_field_point = sphere.is_field_point,
          .radius_m = sphere.radius_m});
   }
+  collect_near_fields();
 }
 
 namespace {
@@ -169,6 +202,7 @@ bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
   // A tool feels driven bodies, though nothing moves.
   const bool is_felt = (a.tool_slip_speed_m_s > 0.0F) != (b.tool_slip_speed_m_s > 0.0F);
   if (a.is_driven && b.is_driven && !is_felt) return false;
+  if (a.is_field_point || b.is_field_point) return false;
   return a.body == b.body
              ? !has_pair(description_.apart_spheres, order_[at(place)], order_[at(other)])
              : !has_pair(description_.apart, a.body, b.body);
@@ -198,6 +232,10 @@ void ContactListing::gather() {
             {place, static_cast<std::int32_t>(p)});
     }
   }
+}
+
+void ContactListing::add_candidate(std::int32_t a, std::int32_t b, SideKind kind_b) {
+  candidates_[group_of(near_spheres_[at(a)].kind, kind_b, true)].push_back({a, b});
 }
 
 std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) const {
@@ -247,6 +285,7 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   ++listings_;
   remember();
   bound_ways(state, tick_s);
+  bound_field_ways(state, tick_s);
   pairs_.find(balls_);
   order_spheres();
   order_movers();
@@ -254,6 +293,7 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   base_.clear();
   for (const std::int32_t s : order_) base_.push_back(bases_[at(s)]);
   gather();
+  gather_fields(state);
   pack();
   derive();
   recall();

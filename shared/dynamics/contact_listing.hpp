@@ -7,6 +7,7 @@
 #include "shared/dynamics/contact_history.hpp"
 #include "shared/dynamics/contact_row.hpp"
 #include "shared/dynamics/description.hpp"
+#include "shared/dynamics/field_lane.hpp"
 #include "shared/dynamics/near_pairs.hpp"
 #include "shared/dynamics/row_packer.hpp"
 #include "shared/dynamics/scene_state.hpp"
@@ -17,6 +18,11 @@ namespace stillgrid::dynamics {
 [[nodiscard]] SideKind side_kind(const Description& description, const Description::Sphere& sphere);
 /// Centre of a sphere in m, in the frame of the world.
 [[nodiscard]] Vector4 sphere_position_m(const Description::Sphere& sphere, const SceneState& state);
+/// Velocity of a sphere's centre in the frame of the world.
+[[nodiscard]] Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere,
+                                                  const SceneState& state);
+/// How far a thing of a length may move until contacts are listed anew. next_m: its way in a tick.
+[[nodiscard]] double listing_margin_m(double length_m, double next_m);
 
 /// The contacts that may come about until something has moved by its reach, in rows.
 ///
@@ -36,7 +42,8 @@ class ContactListing {
     std::vector<std::int32_t> order;
     std::vector<RowGroup> groups;
     std::vector<std::int32_t> sphere_a, sphere_b;  // lanes: places in order, -1 if unused
-    std::vector<ContactHistory> history;           // lanes
+    std::vector<FieldBase> field_base;
+    std::vector<ContactHistory> history;  // lanes
   };
   void save(Saved& saved) const;
   /// Throws std::invalid_argument where the numbers cannot be a listing of this Description.
@@ -58,24 +65,38 @@ class ContactListing {
   [[nodiscard]] std::span<const std::int32_t> mover_of_rigid() const noexcept {
     return mover_of_rigid_;
   }
+  /// Lengths of spheres: the radius, or the cell of the field of which the sphere is a surface
+  /// point.
+  [[nodiscard]] std::span<const double> lengths_m() const noexcept { return lengths_m_; }
+  /// Whether side b of a lane that is no plane is a field.
+  [[nodiscard]] bool is_field(std::int32_t sphere_b) const {
+    return static_cast<std::size_t>(sphere_b) >= description_.spheres.size();
+  }
+  /// Contacts with fields. Number k has place k behind all spheres.
+  [[nodiscard]] std::span<FieldLane> field_lanes() noexcept { return field_lanes_; }
+  [[nodiscard]] std::span<const FieldLane> field_lanes() const noexcept { return field_lanes_; }
+  /// Poses of fields at the last listing.
+  [[nodiscard]] std::span<const FieldBase> field_base() const noexcept { return field_base_; }
   [[nodiscard]] std::size_t listings() const noexcept { return listings_; }
 
  private:
-  /// A contact of two places in order(), or of one and a plane.
+  /// A contact of two places in order(), or of one and a plane, or of one and a field, which is
+  /// counted behind the places.
   struct Candidate {
     std::int32_t a, b;
   };
-  /// Constants of a sphere, stored as order(): side by side for near spheres.
+  /// Constants of a sphere, stored as order(): side by side for near spheres. Fields follow.
   struct NearSphere {
     std::int32_t rigid, body, mover;  // the mover of a soft sphere is its first node
     SideKind kind;
     bool is_driven;
     std::int32_t material;
     float tool_slip_speed_m_s;
+    bool is_field_point;
     double radius_m;
   };
-  /// Two spheres, or a sphere and a plane counted behind the spheres, smaller first; whether side a
-  /// is the second.
+  /// Two spheres, or a sphere and a plane or a field, counted behind the spheres, smaller first;
+  /// whether side a is the second.
   struct Key {
     std::int32_t first, second;
     bool is_reversed;
@@ -93,7 +114,15 @@ class ContactListing {
   void order_spheres();
   void order_movers();
   void gather();
+  void add_candidate(std::int32_t a, std::int32_t b, SideKind kind_b);
   void collect_near();
+  void collect_near_fields();
+  void bound_field_ways(const SceneState& state, double tick_s);
+  void gather_fields(const SceneState& state);
+  void add_field_lane(std::size_t row, std::size_t lane);
+  [[nodiscard]] bool may_meet_field(std::int32_t place, std::int32_t field) const;
+  /// Side b of a lane that is no plane, as a Candidate has it.
+  [[nodiscard]] std::int32_t listed_other(std::int32_t sphere_b) const;
   void check(const Saved& saved) const;
   [[nodiscard]] PairConstants constants_of(const NearSphere& a, const NearSphere& b) const;
   [[nodiscard]] bool may_collide(std::int32_t place, std::int32_t other) const;
@@ -125,6 +154,10 @@ class ContactListing {
   std::vector<std::vector<Candidate>> candidates_;  // groups: planes, touching, near
   std::vector<KnownContact> known_;
   std::vector<std::int32_t> first_known_;  // one more than spheres
+  std::vector<double> lengths_m_;          // see lengths_m()
+  std::vector<FieldBase> field_base_;
+  std::vector<FieldLane> field_lanes_;
+  std::vector<std::int32_t> near_field_;  // places
   std::size_t listings_ = 0;
 };
 

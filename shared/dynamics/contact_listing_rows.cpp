@@ -32,6 +32,8 @@ ContactListing::Key ContactListing::key(std::size_t row, std::size_t lane, bool 
   const RowPlace& place = rows_.places[row];
   const std::int32_t a = order_[at(place.sphere_a[lane])], b = place.sphere_b[lane];
   if (is_plane) return {a, static_cast<std::int32_t>(description_.spheres.size()) + b, false};
+  if (is_field(b))
+    return {a, static_cast<std::int32_t>(description_.planes.size()) + listed_other(b), false};
   const std::int32_t other = order_[at(b)];
   return a < other ? Key{a, other, false} : Key{other, a, true};
 }
@@ -102,6 +104,7 @@ void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_pl
   const NearSphere& a = near_spheres_[at(place.sphere_a[lane])];
   const Vector4& base_a = base_[at(place.sphere_a[lane])];
   row.mover_a[lane] = a.mover;
+  const bool is_field = !is_plane && this->is_field(place.sphere_b[lane]);
   Vector4 apart;
   double radii = a.radius_m;
   PairConstants constants;
@@ -114,7 +117,7 @@ void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_pl
   } else {
     const NearSphere& b = near_spheres_[at(place.sphere_b[lane])];
     row.mover_b[lane] = b.mover;
-    apart = base_a - base_[at(place.sphere_b[lane])];
+    if (!is_field) apart = base_a - base_[at(place.sphere_b[lane])];
     radii += b.radius_m;
     constants = constants_of(a, b);
   }
@@ -126,10 +129,12 @@ void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_pl
   place.damping_N_s_per_m[lane] = constants.damping_N_s_per_m;
   row.friction[lane] = constants.friction;
   row.viscous_s_per_m[lane] = constants.viscous_s_per_m;
+  if (is_field) add_field_lane(index, lane);
 }
 
 /// Pre: the places of rows hold their spheres, and everything else is theirs to compute.
 void ContactListing::derive() {
+  field_lanes_.clear();
   std::size_t soft = 0, rigid = 0;
   const auto reserve = [&](SideKind kind, std::size_t count) {
     std::size_t& sides = kind == SideKind::kSoft ? soft : rigid;

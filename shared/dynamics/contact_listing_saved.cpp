@@ -35,19 +35,28 @@ void ContactListing::check(const Saved& saved) const {
     require(std::isfinite(base.x + base.y + base.z) && base.w > 0.0 && std::isfinite(base.w));
   require(lanes % kRowLanes == 0 && saved.sphere_b.size() == lanes &&
           saved.history.size() == lanes);
+  require(saved.field_base.size() == description_.fields.size());
+  for (const FieldBase& base : saved.field_base) {
+    const FieldPose pose = base.pose();
+    require(pose.position_m.allFinite() && pose.axes.allFinite() && base.position_m.w > 0.0 &&
+            std::isfinite(base.position_m.w));
+  }
   std::size_t end = 0;
   for (const RowGroup& group : saved.groups) {
     require(group.first == end && group.end > end && group.end <= lanes / kRowLanes);
     require(group.a < SideKind::kPlane && group.b <= SideKind::kPlane);
     end = group.end;
     const bool is_plane = group.b == SideKind::kPlane;
-    const std::size_t others = is_plane ? description_.planes.size() : spheres;
+    const std::size_t others =
+        is_plane ? description_.planes.size() : spheres + description_.fields.size();
     for (std::size_t i = kRowLanes * group.first; i < kRowLanes * end; ++i) {
       if (saved.sphere_a[i] < 0) continue;
       require(at(saved.sphere_a[i]) < spheres && saved.sphere_b[i] >= 0 &&
               at(saved.sphere_b[i]) < others);
       require(kinds_[at(saved.order[at(saved.sphere_a[i])])] == group.a);
-      require(is_plane || kinds_[at(saved.order[at(saved.sphere_b[i])])] == group.b);
+      const bool is_field = at(saved.sphere_b[i]) >= spheres;
+      require(is_plane || (is_field ? SideKind::kRigid
+                                    : kinds_[at(saved.order[at(saved.sphere_b[i])])]) == group.b);
     }
   }
   require(end == lanes / kRowLanes);
@@ -57,14 +66,18 @@ void ContactListing::save(Saved& saved) const {
   saved.base = base_;
   saved.order = order_;
   saved.groups = rows_.groups;
+  saved.field_base = field_base_;
   saved.sphere_a.clear();
   saved.sphere_b.clear();
   saved.history.clear();
-  for (std::size_t row = 0; row < rows_.rows.size(); ++row)
-    for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+  for (const RowGroup& group : rows_.groups)
+    for (std::size_t i = kRowLanes * group.first; i < kRowLanes * group.end; ++i) {
+      const std::size_t row = i / kRowLanes, lane = i % kRowLanes;
       const RowPlace& place = rows_.places[row];
+      const std::int32_t b = place.sphere_b[lane];
+      const bool is_plane = group.b == SideKind::kPlane;
       saved.sphere_a.push_back(is_used(row, lane) ? place.sphere_a[lane] : -1);
-      saved.sphere_b.push_back(is_used(row, lane) ? place.sphere_b[lane] : -1);
+      saved.sphere_b.push_back(!is_used(row, lane) ? -1 : is_plane ? b : listed_other(b));
       saved.history.push_back(history_of(rows_.rows[row], place, lane));
     }
 }
@@ -73,12 +86,14 @@ void ContactListing::clear() {
   rows_.groups.clear();
   rows_.rows.clear();
   rows_.places.clear();
+  field_lanes_.clear();
 }
 
 void ContactListing::load(const Saved& saved) {
   check(saved);
   base_ = saved.base;
   order_ = saved.order;
+  field_base_ = saved.field_base;
   order_movers();
   collect_near();
   rows_.groups = saved.groups;

@@ -1,6 +1,7 @@
 #include "shared/dynamics/description.hpp"
 
 #include <bit>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -30,6 +31,15 @@ void validate_sphere(const Description& description, std::size_t i) {
             "unknown node of sphere", i);
 }
 
+void validate_field(const Description& description, std::size_t i) {
+  const Description::Field& field = description.fields[i];
+  require(field.distance != nullptr, "expected a distance of field", i);
+  require(is_index(field.rigid, description.rigid_bodies), "unknown rigid body of field", i);
+  require(is_index(field.material, description.materials), "unknown material of field", i);
+  require(std::abs(field.orientation.norm() - 1.0) < 1e-6 && field.position_m.allFinite(),
+          "expected a pose of field", i);
+}
+
 /// FNV-1a over numbers.
 class Hash {
  public:
@@ -38,22 +48,35 @@ class Hash {
     (add_one(static_cast<double>(numbers)), ...);
   }
   void add_vector(const Eigen::Vector3d& v) { add(v.x(), v.y(), v.z()); }
+  void add_word(std::uint64_t word) {
+    value_ = (value_ ^ word) * 0x100000001b3;
+    value_ ^= value_ >> 29;
+  }
   [[nodiscard]] std::uint64_t value() const { return value_; }
 
  private:
-  void add_one(double number) {
-    value_ = (value_ ^ std::bit_cast<std::uint64_t>(number)) * 0x100000001b3;
-    value_ ^= value_ >> 29;
-  }
+  void add_one(double number) { add_word(std::bit_cast<std::uint64_t>(number)); }
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
 void add_sphere(const Description::Sphere& sphere, Hash& hash) {
   hash.add(sphere.radius_m, sphere.material, sphere.body, sphere.rigid, sphere.node_count,
-           sphere.tool_slip_speed_m_s);
+           sphere.tool_slip_speed_m_s, sphere.is_field_point);
   hash.add_vector(sphere.local_m);
   for (const int node : sphere.nodes) hash.add(node);
   for (const double weight : sphere.weights) hash.add(weight);
+}
+
+void add_field(const Description::Field& field, Hash& hash) {
+  const proto::FieldShape& shape = field.distance->shape();
+  hash.add(field.rigid, field.material, field.body, shape.brick_m, shape.bounding_radius_m,
+           shape.fine_count, shape.has_stiffness);
+  hash.add_vector(field.position_m);
+  hash.add_vector(field.orientation.vec());
+  hash.add(field.orientation.w());
+  for (std::size_t k = 0; k < 3; ++k)
+    hash.add(shape.lowest_m[k], shape.centre_m[k], shape.bricks[k]);
+  for (const std::uint64_t word : field.distance->words()) hash.add_word(word);
 }
 
 void validate_end(const Description& description, const Description::JointEnd& end, std::size_t i) {
@@ -91,6 +114,8 @@ std::uint64_t fingerprint(const Description& description) {
     hash.add(plane.offset_m, plane.material, plane.body);
     hash.add_vector(plane.normal);
   }
+  hash.add(description.fields.size());
+  for (const auto& field : description.fields) add_field(field, hash);
   for (const auto& material : description.materials)
     hash.add(material.stiffness_N_per_m, material.damping_N_s_per_m, material.friction,
              material.slip_speed_m_s);
@@ -117,6 +142,7 @@ void validate(const Description& description) {
             "expected a positive mass and inertia of rigid body", i);
   }
   for (std::size_t i = 0; i < description.spheres.size(); ++i) validate_sphere(description, i);
+  for (std::size_t i = 0; i < description.fields.size(); ++i) validate_field(description, i);
   for (std::size_t i = 0; i < description.planes.size(); ++i)
     require(is_index(description.planes[i].material, description.materials),
             "unknown material of plane", i);

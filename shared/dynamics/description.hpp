@@ -1,12 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "shared/collision/contact_law.hpp"
+#include "shared/collision/distance_field.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -58,6 +61,19 @@ struct Description {
     /// Above zero for a tool: friction is viscous below this speed and never sticks. The
     /// contact has the material of the other side.
     double tool_slip_speed_m_s = 0.0;
+    /// A point of the surface of a rigid body with a field. It collides with planes and with the
+    /// fields of other bodies, but with no sphere.
+    bool is_field_point = false;
+  };
+  /// The signed distance to the surface of a rigid body. Spheres of other bodies collide with it.
+  struct Field {
+    std::shared_ptr<const collision::DistanceField> distance;
+    int rigid = 0;
+    // Pose of the field's frame in the frame of the rigid body.
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+    int material = 0;
+    int body = 0;  // see Sphere::body
   };
   /// Points x with normal . x < offset_m are inside. Never moves.
   struct Plane {
@@ -74,6 +90,7 @@ struct Description {
   std::vector<Rigid> rigid_bodies;
   std::vector<Sphere> spheres;
   std::vector<Plane> planes;
+  std::vector<Field> fields;
   std::vector<collision::ContactMaterial> materials;
   std::vector<std::pair<int, int>> apart;  // bodies that never collide, smaller first, sorted
   std::vector<std::pair<int, int>> apart_spheres;  // spheres of one body, likewise

@@ -30,6 +30,7 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
       state_(std::move(state)),
       springs_(description_),
       listing_(description_),
+      fields_(description_),
       forces_N_(description_.nodes.size()),
       poses_of_others_(description_.rigid_bodies.size()),
       wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
@@ -54,9 +55,9 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   bodies_.places.resize(description_.spheres.size());
   bodies_.arms.resize(description_.spheres.size());
   ways_m_.resize(description_.spheres.size());
-  smallest_radius_m_ = std::numeric_limits<double>::infinity();
-  for (const Description::Sphere& sphere : description_.spheres)
-    smallest_radius_m_ = std::min(smallest_radius_m_, sphere.radius_m);
+  smallest_length_m_ = std::numeric_limits<double>::infinity();
+  for (const double length_m : listing_.lengths_m())
+    smallest_length_m_ = std::min(smallest_length_m_, length_m);
 }
 
 void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
@@ -102,6 +103,7 @@ void Engine::substep(double h) {
   load_movers();
   place_spheres(h);
   start_balls(balls_, state_, bodies_, h, h * h * description_.gravity_m_s2.norm());
+  fields_.place(listing_, state_, bodies_, h);
   prepare_rows(rows, bodies_, step, live_);
   if (counts_losses_) meter_.start(state_, rows, bodies_, live_);
   kick(h, falls);
@@ -113,6 +115,7 @@ void Engine::substep(double h) {
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();
   if (counts_losses_) meter_.finish(state_, rows, bodies_, live_, wrenches_, h);
+  FieldContacts::finish(listing_);
   if (!driven_.empty()) note_reactions();
   drift(0.5 * h);
 }

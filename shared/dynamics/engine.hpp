@@ -14,6 +14,7 @@
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/energy_losses.hpp"
 #include "shared/dynamics/engine_method.hpp"
+#include "shared/dynamics/field_contacts.hpp"
 #include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
@@ -114,6 +115,7 @@ class Engine {
   [[nodiscard]] int substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_plane,
                                      double tick_s) const;
   [[nodiscard]] int substeps_by_speed(double tick_s);
+  [[nodiscard]] static int substeps_of_way(double lengths);
   void adopt_listing();
   void sum_forces();
   void apply_forces(double duration_s);
@@ -137,6 +139,7 @@ class Engine {
   SceneState state_;
   SpringTable springs_;
   ContactListing listing_;
+  FieldContacts fields_;
   ContactBodies bodies_;
   LiveRows live_;
   std::vector<Vector4> forces_N_;             // on nodes
@@ -151,7 +154,7 @@ class Engine {
   std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
   std::vector<float> ways_m_;                  // of spheres in a tick, as ContactListing::order()
-  double smallest_radius_m_ = 0.0;
+  double smallest_length_m_ = 0.0;
   int substeps_ = 1;      // of the last tick
   bool is_stale_ = true;  // contacts must be listed before the next tick
   LossMeter meter_;

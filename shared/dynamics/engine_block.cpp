@@ -8,7 +8,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x31'6b636f6c62'6773;  // "sgblock1"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x32'6b636f6c62'6773;  // "sgblock2"; counts up with the layout
 
 template <class T>
 std::span<const std::byte> bytes_of(const T* values, std::size_t count) {
@@ -98,6 +98,7 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(saved_.groups);
   writer.add(saved_.sphere_a);
   writer.add(saved_.sphere_b);
+  writer.add(saved_.field_base);
   writer.add(saved_.history);
 }
 
@@ -117,6 +118,7 @@ void Engine::load(std::span<const std::byte> block) {
   reader.read(saved_.groups);
   reader.read(saved_.sphere_a);
   reader.read(saved_.sphere_b);
+  reader.read(saved_.field_base);
   reader.read(saved_.history);
   if (!reader.is_at_end()) throw std::invalid_argument("the block goes on behind its end");
   if (is_stale) {

@@ -48,7 +48,9 @@ void Engine::place_spheres(double h) {
 /// Whether no sphere leaves its reach within the tick.
 bool Engine::listing_holds(double tick_s) {
   const double falls = tick_s * tick_s * description_.gravity_m_s2.norm();
-  if (is_stale_ || !stay_within(balls_, state_, tick_s, falls)) return false;
+  if (is_stale_ || !stay_within(balls_, state_, tick_s, falls) ||
+      !fields_.stay_within(listing_, state_, tick_s))
+    return false;
   place_spheres(tick_s);
   bool holds = true;
   for (const OtherSphere& sphere : other_spheres_) {
@@ -63,6 +65,7 @@ bool Engine::listing_holds(double tick_s) {
 /// Sets what stays as it is from listing to listing.
 void Engine::adopt_listing() {
   const std::size_t nodes = forces_N_.size();
+  fields_.adopt(listing_, bodies_);
   balls_.first_mover = nodes;
   balls_.rigid.clear();
   balls_.place.clear();

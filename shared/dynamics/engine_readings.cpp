@@ -38,18 +38,20 @@ double Engine::contact_energy_J() const {
 
 /// Of all listed contacts, or of those of one rigid body.
 double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) const {
-  double sum_J = 0.0;
+  double sum_J = fields_.energy_J(listing, state_, rigid);
   const auto sphere_at = [&](std::int32_t place) -> const Description::Sphere& {
     return description_.spheres[at(listing.order()[at(place)])];
   };
   each_contact(listing.rows(), [&](const RowGroup& group, std::size_t row, std::size_t lane) {
     const RowPlace& place = listing.rows().places[row];
     if (place.stiffness_N_per_m[lane] == 0.0F) return;  // an unused lane
+    const bool is_plane = group.b == SideKind::kPlane;
+    if (!is_plane && listing.is_field(place.sphere_b[lane])) return;  // a field
     const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
     const Eigen::Vector3d centre = sphere_position_m(a, state_).vector();
     bool is_meant = rigid < 0 || a.rigid == rigid;
     double depth_m = a.radius_m;
-    if (group.b == SideKind::kPlane) {
+    if (is_plane) {
       const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
       depth_m -= plane.normal.dot(centre) - plane.offset_m;
     } else {

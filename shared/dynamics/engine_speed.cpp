@@ -24,25 +24,12 @@ double least_distance_m(const Eigen::Vector3d& apart_m, const Eigen::Vector3d& w
   return (apart_m + share * way_m).norm();
 }
 
-Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere, const SceneState& state) {
-  if (sphere.rigid >= 0) {
-    const auto r = at(sphere.rigid);
-    const Eigen::Vector3d arm = state.orientation[r].quaternion() * sphere.local_m;
-    return state.rigid_velocity_m_s[r].vector() +
-           state.angular_velocity_rad_s[r].vector().cross(arm);
-  }
-  Vector4 sum;
-  for (std::size_t k = 0; k < at(sphere.node_count); ++k)
-    sum = sum + sphere.weights[k] * state.node_velocity_m_s[at(sphere.nodes[k])];
-  return sum.vector();
-}
-
 }  // namespace
 
 /// Sets how far each sphere moves in a tick. Returns whether one moves farther than half of what
 /// divides a tick. Pre: the margins of other spheres are those of the tick.
 bool Engine::measure_ways(double tick_s) {
-  const double longest = 0.5 * kLongestWay * smallest_radius_m_;
+  const double longest = 0.5 * kLongestWay * smallest_length_m_;
   bool is_fast = false;
   for (std::size_t i = 0; i < balls_.rigid.size(); ++i) {
     const double square = state_.rigid_velocity_m_s[at(balls_.rigid[i])].vector().squaredNorm();
@@ -69,36 +56,44 @@ int Engine::substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_pl
   const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
   const Eigen::Vector3d from_m = sphere_position_m(a, state_).vector();
   const Eigen::Vector3d velocity_m_s = sphere_velocity_m_s(a, state_);
-  double radius_m = a.radius_m, way_m = 0.0;
+  const auto length_m = [&](std::int32_t number) {
+    return listing_.lengths_m()[at(listing_.order()[at(number)])];
+  };
+  double least_length_m = length_m(place.sphere_a[lane]), way_m = 0.0;
   if (is_plane) {
     const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
     way_m = std::abs(tick_s * plane.normal.dot(velocity_m_s));
-    if (plane.normal.dot(from_m) - plane.offset_m - radius_m > way_m) return 1;
+    if (plane.normal.dot(from_m) - plane.offset_m - a.radius_m > way_m) return 1;
   } else {
     const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
     const Eigen::Vector3d relative_m = tick_s * (velocity_m_s - sphere_velocity_m_s(b, state_));
     const double least_m =
         least_distance_m(from_m - sphere_position_m(b, state_).vector(), relative_m);
     if (least_m > a.radius_m + b.radius_m) return 1;
-    radius_m = std::min(a.radius_m, b.radius_m);
+    least_length_m = std::min(least_length_m, length_m(place.sphere_b[lane]));
     way_m = relative_m.norm();
   }
-  return static_cast<int>(
-      std::clamp<double>(std::ceil(way_m / (kLongestWay * radius_m)), 1.0, kMostSubsteps));
+  return substeps_of_way(way_m / least_length_m);
+}
+
+/// A way in lengths of the smaller of two things that meet.
+int Engine::substeps_of_way(double lengths) {
+  return static_cast<int>(std::clamp<double>(std::ceil(lengths / kLongestWay), 1.0, kMostSubsteps));
 }
 
 /// So many that no two spheres that meet in the tick move by more than a share of the smaller
 /// radius relative to each other.
 int Engine::substeps_by_speed(double tick_s) {
-  if (!measure_ways(tick_s)) return 1;
-  const double longest = kLongestWay * smallest_radius_m_;
-  int most = 1;
+  int most = substeps_of_way(fields_.most_lengths(listing_, state_, tick_s));
+  if (!measure_ways(tick_s)) return most;
+  const double longest = kLongestWay * smallest_length_m_;
   for (const RowGroup& group : listing_.rows().groups) {
     const bool is_plane = group.b == SideKind::kPlane;
     for (std::size_t row = group.first; row < group.end; ++row) {
       const RowPlace& place = listing_.rows().places[row];
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         if (place.stiffness_N_per_m[lane] == 0.0F) continue;  // an unused lane
+        if (!is_plane && listing_.is_field(place.sphere_b[lane])) continue;
         const float way_m = ways_m_[at(place.sphere_a[lane])] +
                             (is_plane ? 0.0F : ways_m_[at(place.sphere_b[lane])]);
         if (static_cast<double>(way_m) > longest)

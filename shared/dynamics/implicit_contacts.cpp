@@ -71,7 +71,10 @@ void ImplicitContacts::start(const ImplicitPoses& poses, const ContactListing& l
   for (const RowGroup& group : listing.rows().groups)
     for (std::size_t row = group.first; row < group.end; ++row)
       for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-        if (listing.rows().rows[row].mover_a[lane] != world) add_lane(listing, group, row, lane);
+        if (listing.rows().rows[row].mover_a[lane] != world &&
+            !(group.b != SideKind::kPlane &&
+              listing.is_field(listing.rows().places[row].sphere_b[lane])))
+          add_lane(listing, group, row, lane);
   for (Touch& touch : touches_) {
     const Eigen::Vector3d& a = before_m_[at(touch.sphere_a)];
     if (touch.sphere_b < 0)

@@ -94,9 +94,9 @@ std::pair<double, double> bulk(std::span<const Vector4> balls, int k) {
 }  // namespace
 
 void NearPairs::choose_grid(std::span<const Vector4> balls) {
-  double largest = 0.0;
-  for (const Vector4& ball : balls) largest = std::max(largest, ball.w);
-  width_m_ = std::max(2.0 * largest, 1e-9);
+  largest_m_ = 0.0;
+  for (const Vector4& ball : balls) largest_m_ = std::max(largest_m_, ball.w);
+  width_m_ = std::max(2.0 * largest_m_, 1e-9);
   std::array<double, 3> extent{};
   for (int k = 0; k < 3; ++k) {
     const auto [mean, wide] = bulk(balls, k);
@@ -116,18 +116,34 @@ void NearPairs::choose_grid(std::span<const Vector4> balls) {
   for (std::size_t k = 0; k < 3; ++k) cells_.count[k] = along(k);
 }
 
+/// Balls beyond the grid are counted to its outermost cells.
+int NearPairs::cell_along(double coordinate_m, std::size_t axis) const {
+  const double cell = (coordinate_m - corner_m_[axis]) / width_m_;
+  return cell > 0.0 ? 1 + static_cast<int>(std::min<double>(cell, cells_.count[axis] - 3)) : 1;
+}
+
+void NearPairs::append_near(const Vector4& ball, std::vector<std::int32_t>& places) const {
+  const double search_m = (1.0 + kRounding) * (ball.w + largest_m_);
+  const auto first = [&](double x, std::size_t k) { return cell_along(x - search_m, k); };
+  const auto last = [&](double x, std::size_t k) { return cell_along(x + search_m, k); };
+  for (int x = first(ball.x, 0); x <= last(ball.x, 0); ++x)
+    for (int y = first(ball.y, 1); y <= last(ball.y, 1); ++y) {
+      const auto row = static_cast<std::size_t>((x * cells_.count[1] + y) * cells_.count[2]);
+      const auto from = row + static_cast<std::size_t>(first(ball.z, 2));
+      const auto to = row + static_cast<std::size_t>(last(ball.z, 2));
+      for (std::int32_t place = cells_.start[from]; place < cells_.start[to + 1]; ++place)
+        places.push_back(place);
+    }
+}
+
 void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
   const std::size_t n = balls.size();
   const auto& count = cells_.count;
-  const auto index = [&](double x, std::size_t k) {
-    const double cell = (x - corner_m_[k]) / width_m_;
-    return cell > 0.0 ? 1 + static_cast<int>(std::min<double>(cell, count[k] - 3)) : 1;
-  };
   next_.resize(n);
   cells_.start.assign(static_cast<std::size_t>(count[0] * count[1] * count[2]) + 1, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    next_[i] =
-        (index(balls[i].x, 0) * count[1] + index(balls[i].y, 1)) * count[2] + index(balls[i].z, 2);
+    next_[i] = (cell_along(balls[i].x, 0) * count[1] + cell_along(balls[i].y, 1)) * count[2] +
+               cell_along(balls[i].z, 2);
     ++cells_.start[static_cast<std::size_t>(next_[i]) + 1];
   }
   for (std::size_t k = 1; k < cells_.start.size(); ++k) cells_.start[k] += cells_.start[k - 1];

@@ -23,6 +23,10 @@ class NearPairs {
   /// balls: centres in m and, as w, radii. Realtime: no.
   void find(std::span<const Vector4> balls);
 
+  /// Appends the places in order() of balls of the last find() whose cells are near a ball. They
+  /// include all that overlap it, and ascend. w: its radius.
+  void append_near(const Vector4& ball, std::vector<std::int32_t>& places) const;
+
   /// The numbers of the balls in the order of cells, of the last find().
   [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
   /// Pairs of places in order(), ascending in `first`.
@@ -38,10 +42,11 @@ class NearPairs {
  private:
   void choose_grid(std::span<const Vector4> balls);
   void sort_into_cells(std::span<const Vector4> balls);
+  [[nodiscard]] int cell_along(double coordinate_m, std::size_t axis) const;
 
   Cells cells_;
   std::array<double, 3> corner_m_{};
-  double width_m_ = 1.0;
+  double width_m_ = 1.0, largest_m_ = 0.0;
   std::vector<std::int32_t> order_, next_;
   std::vector<NearPair> pairs_;
 };

@@ -78,7 +78,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
-  if (method_.integrator == scene::IntegratorKind::kSmallSteps && TickedWorld::covers(world_))
+  if (method_.integrator == scene::IntegratorKind::kSmallSteps)
     ticked_.emplace(world_, scene::hands_of(scene));
   if (scene.sleeping && !ticked_) sleeping_.emplace(world_);
   for (const bodies::RigidBody& body : world_.rigid_bodies) {

@@ -1,7 +1,6 @@
 #include "sim_server/dynamics/ticks/described_world.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "sim_server/contact/self_collision.hpp"
@@ -47,17 +46,36 @@ void add_moving_spheres(const bodies::World& world, DescribedWorld& described) {
     sphere.node_count = binding.node_count;
     sphere.nodes = binding.nodes;
     sphere.weights = binding.weights;
+    sphere.is_field_point = binding.is_field_point;
     described.description.spheres.push_back(sphere);
   }
 }
 
+void add_fields(const bodies::World& world, int static_rigid, DescribedWorld& described) {
+  for (const bodies::FieldBody& body : world.fields) {
+    Description::Field field;
+    field.distance = body.field;
+    field.rigid = body.rigid < 0 ? static_rigid : body.rigid;
+    if (body.rigid < 0) {
+      field.position_m = body.position_m;
+      field.orientation = body.orientation;
+    }
+    field.material = body.material;
+    field.body = body.body;
+    described.description.fields.push_back(std::move(field));
+  }
+}
+
+/// All that never moves, and the fields of what does.
 void add_static(const bodies::World& world, DescribedWorld& described) {
   for (const bodies::StaticPlane& plane : world.planes)
     described.description.planes.push_back(
         {plane.normal, plane.offset_m, plane.material, plane.body});
-  if (world.static_spheres.empty()) return;
-  described.has_static_body = true;
-  const int rigid = add_rigid({}, described);
+  described.has_static_body =
+      !world.static_spheres.empty() ||
+      std::ranges::any_of(world.fields, [](const bodies::FieldBody& f) { return f.rigid < 0; });
+  const int rigid = described.has_static_body ? add_rigid({}, described) : -1;
+  add_fields(world, rigid, described);
   for (const bodies::StaticSphere& fixed : world.static_spheres) {
     Description::Sphere sphere;
     sphere.radius_m = fixed.radius_m;
@@ -104,8 +122,6 @@ void add_apart_spheres(const bodies::World& world, DescribedWorld& described) {
 }  // namespace
 
 DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands) {
-  if (!world.fields.empty())
-    throw std::invalid_argument("expected a world without distance fields");
   DescribedWorld described;
   described.description.gravity_m_s2 = world.gravity_m_s2;
   described.description.materials = world.materials;

@@ -11,8 +11,8 @@
 namespace stillgrid::dynamics {
 
 /// A world as the engine of both processes takes it. Nodes and rigid bodies have the numbers that
-/// they have in the world. Behind these follow one driven body that carries all static spheres, if
-/// there are any, and one for each hand.
+/// they have in the world. Behind these follow one driven body that carries all static spheres and
+/// fields, if there are any, and one for each hand.
 struct DescribedWorld {
   Description description;
   SceneState state;
@@ -21,8 +21,7 @@ struct DescribedWorld {
   std::size_t hands = 0;                // driven bodies behind these
 };
 
-/// Describes a world with its hands, whose tools are away at the start. Throws
-/// std::invalid_argument for a world with distance fields, which the engine does not have.
+/// Describes a world with its hands, whose tools are away at the start. Shares its distance fields.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands);
 

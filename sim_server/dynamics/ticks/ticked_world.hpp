@@ -26,10 +26,6 @@ struct ToolPose {
 /// Thread: one.
 class TickedWorld {
  public:
-  /// Whether the engine has all kinds of bodies of a world: distance fields it does not have yet.
-  [[nodiscard]] static bool covers(const bodies::World& world) { return world.fields.empty(); }
-
-  /// Throws std::invalid_argument for a world that is not covered.
   TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands);
 
   /// Figures of a step.

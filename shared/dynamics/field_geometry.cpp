@@ -1,0 +1,78 @@
+#include "shared/dynamics/field_geometry.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace stillgrid::dynamics {
+namespace {
+
+/// A field may exceed the distance by these shares: of the distance, and of a coarse cell.
+constexpr double kSlack = 0.05;
+
+Eigen::Array3d array(const std::array<float, 3>& v) {
+  return Eigen::Map<const Eigen::Array3f>(v.data()).cast<double>();
+}
+
+/// Distance of a point to the box of the bricks, in which the solid lies.
+double off_bricks_m(const proto::FieldShape& shape, const Eigen::Vector3d& point_m) {
+  const Eigen::Array3d low_m = array(shape.lowest_m);
+  const Eigen::Array3d high_m =
+      low_m +
+      double{shape.brick_m} *
+          Eigen::Map<const Eigen::Array<std::uint32_t, 3, 1>>(shape.bricks.data()).cast<double>();
+  const Eigen::Array3d at_m = point_m.array();
+  return (at_m - at_m.max(low_m).min(high_m)).matrix().norm();
+}
+
+}  // namespace
+
+FieldPose field_pose(const Description::Field& field, const SceneState& state) {
+  const auto rigid = static_cast<std::size_t>(field.rigid);
+  const Eigen::Matrix3d axes = state.orientation[rigid].quaternion().toRotationMatrix();
+  return {state.rigid_position_m[rigid].vector() + axes * field.position_m,
+          axes * field.orientation.toRotationMatrix()};
+}
+
+TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& pose,
+                             const Eigen::Vector3d& centre_m, double radius_m) {
+  const Eigen::Vector3d at_m = pose.into(centre_m);
+  if (const auto own = collision::field_contact(field.distance->view(), at_m, radius_m))
+    return {own->depth_m, pose.axes * own->normal, own->stiffness_scale, own->map_scale};
+  // Nothing pushes off the bricks, or where the sides of the solid are equally far.
+  TangentSphere tangent{.depth_m = -field_radius_m(field)};
+  const Eigen::Vector3d away_m = at_m - field_centre_m(field);
+  if (const double far_m = away_m.norm(); far_m > 0.0)
+    tangent.normal = pose.axes * (away_m / far_m);
+  return tangent;
+}
+
+Eigen::Vector3d field_centre_m(const Description::Field& field) {
+  return array(field.distance->shape().centre_m).matrix();
+}
+
+double field_speed_m_s(const Description::Field& field, const SceneState& state) {
+  const auto rigid = static_cast<std::size_t>(field.rigid);
+  const Eigen::Vector3d centre_m = field.position_m + field.orientation * field_centre_m(field);
+  return state.rigid_velocity_m_s[rigid].vector().norm() +
+         state.angular_velocity_rad_s[rigid].vector().norm() *
+             (centre_m.norm() + field_radius_m(field));
+}
+
+double field_motion_m(const Description::Field& field, const FieldPose& from, const FieldPose& to) {
+  const Eigen::Vector3d centre_m = field_centre_m(field);
+  const Eigen::Matrix3d turn = to.axes - from.axes;
+  const double chord = turn.norm() / std::numbers::sqrt2;  // of the farthest point of a unit ball
+  return (to.position_m - from.position_m + turn * centre_m).norm() + chord * field_radius_m(field);
+}
+
+double least_distance_m(const Description::Field& field, const Eigen::Vector3d& point_m) {
+  const proto::FieldShape& shape = field.distance->shape();
+  const double off_m = off_bricks_m(shape, point_m);
+  if (off_m > 0.0) return off_m + field_cell_m(field);  // bricks reach farther than that
+  const auto own = collision::sample(field.distance->view(), point_m);
+  if (!own) return 0.0;
+  return own->distance_m - kSlack * (std::abs(own->distance_m) + double{shape.brick_m});
+}
+
+}  // namespace stillgrid::dynamics
