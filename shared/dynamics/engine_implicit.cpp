@@ -6,8 +6,9 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr int kHalvings = 10;  // of a step in which something would pass through a body
-constexpr int kListings = 3;   // of one part, as its solution moves on
+constexpr int kHalvings = 10;        // of a step in which something would pass through a body
+constexpr int kHalvingsToSolve = 4;  // of one whose equations are not solved
+constexpr int kListings = 3;         // of one part, as its solution moves on
 
 }  // namespace
 
@@ -18,6 +19,7 @@ void Engine::implicit_tick(double tick_s) {
 
 /// Solves for the end of a part. False if something would pass through a body.
 bool Engine::solve_part(double h) {
+  solve_.converged = true;
   implicit_->start(state_, h);
   implicit_->restart(listing_);
   if (implicit_->passes()) return false;
@@ -34,13 +36,18 @@ bool Engine::solve_part(double h) {
   }
 }
 
+/// Halves the part where it has no solution: shorter steps are nearer to their start.
 void Engine::implicit_part(double h, int halvings) {
   if (!listing_holds(h)) {
     listing_.list(state_, h);
     adopt_listing();
     is_stale_ = false;
   }
-  if (!solve_part(h) && halvings > 0) {
+  const bool was_solved = solve_.converged, stays_out = solve_part(h);
+  const bool is_divided =
+      stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
+  solve_.converged = was_solved && (is_divided || solve_.converged);
+  if (is_divided) {
     implicit_part(0.5 * h, halvings - 1);
     implicit_part(0.5 * h, halvings - 1);
     return;

@@ -122,7 +122,7 @@ void ImplicitContacts::evaluate(Touch& touch, Coupling& coupling, const Implicit
   const double h = poses.step_s(), radii = touch.radius_a_m + touch.radius_b_m;
   const Line line = line_of(touch);
   const double depth_m = radii - line.after_m;
-  coupling.is_active = depth_m > 0.0;
+  coupling.is_active = depth_m > 0.0 || touch.most_N_s > 0.0;
   coupling.impulse_N_s.setZero();
   coupling.slope_kg.setZero();
   touch.push_N_s = 0.0;
@@ -143,15 +143,42 @@ void ImplicitContacts::evaluate(Touch& touch, Coupling& coupling, const Implicit
   };
   set_arm(coupling.a, touch.sphere_a, -lever * touch.radius_a_m);
   set_arm(coupling.b, touch.sphere_b, lever * touch.radius_b_m);
-  if (touch.friction > 0.0)
+  if (touch.most_N_s > 0.0)
     rub(touch, coupling, line.normal, relative_velocity(coupling, velocities, poses), h);
 }
 
-/// Along a slip at Coulomb's limit friction does not grow: the slope has no part along it.
+/// Linearises both sides of aim |slip| = slip, where friction is at its limit.
+void ImplicitContacts::aim_friction(const ImplicitPoses& poses, const Motions& change) {
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    Touch& touch = touches_[k];
+    if (touch.most_N_s == 0.0) continue;
+    const Eigen::Vector3d more =
+        touch.hold_slope_kg * relative_velocity(couplings_[k], change, poses);
+    const double size = std::max(touch.asked_N_s.norm(), touch.most_N_s);
+    touch.next_aim = (touch.asked_N_s + more) / size;
+    if (size > touch.most_N_s)
+      touch.next_aim -= touch.asked_N_s.dot(more) / (size * size) * touch.aim;
+  }
+}
+
+void ImplicitContacts::turn_aims(double share) {
+  for (Touch& touch : touches_) {
+    touch.aim += share * (touch.next_aim - touch.aim);
+    touch.aim /= std::max(1.0, touch.aim.norm());
+  }
+}
+
+void ImplicitContacts::limit_friction() {
+  for (Touch& touch : touches_) touch.most_N_s = touch.friction * touch.push_N_s;
+}
+
+/// Along a slip at Coulomb's limit friction does not grow. The slope has no part along it, once the
+/// aim agrees with the slip. An aim of its own keeps Newton's method from jumping between opposite
+/// slips [Chan, Golub, Mulet 1999].
 void ImplicitContacts::rub(Touch& touch, Coupling& coupling, const Eigen::Vector3d& normal,
                            const Eigen::Vector3d& velocity, double h) const {
   const Eigen::Vector3d slip = across(velocity, normal);
-  const double most = touch.friction * touch.push_N_s;
+  const double most = touch.most_N_s;
   const bool holds = touch.viscous_s_per_m == 0.0;
   const double k = touch.stiffness_N_per_m, c = touch.damping_N_s_per_m;
   double slope = holds ? h * (h * k + c) : most * touch.viscous_s_per_m;
@@ -160,11 +187,13 @@ void ImplicitContacts::rub(Touch& touch, Coupling& coupling, const Eigen::Vector
   if (holds) asked += h * k * stretch;
   const double size = asked.norm();
   Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - normal * normal.transpose();
+  touch.hold_slope_kg = slope;
+  touch.asked_N_s = asked;
   if (size > most) {
+    const Eigen::Vector3d along = asked / size, aim = across(touch.aim, normal);
+    plane -= 0.5 * (along * aim.transpose() + aim * along.transpose());
     asked *= most / size;
     slope *= most / size;
-    const Eigen::Vector3d along = asked / std::max(most, 1e-300);
-    plane -= along * along.transpose();
   }
   touch.drag_N_s = -asked;
   coupling.impulse_N_s -= asked;

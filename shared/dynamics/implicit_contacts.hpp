@@ -24,6 +24,13 @@ class ImplicitContacts {
   void start(const ImplicitPoses& poses, const ContactListing& listing);
   /// Computes impulses and slopes for a step that ends at these poses.
   void evaluate(const ImplicitPoses& poses, const Motions& velocities);
+  /// Predicts directions of friction after this change of velocities.
+  void aim_friction(const ImplicitPoses& poses, const Motions& change);
+  /// Moves directions by a share of what aim_friction() predicts.
+  void turn_aims(double share);
+  /// Sets the limits of friction by the pushes of the last evaluate(). Between two calls the
+  /// equations are those of a convex function, so that a search along a line ends.
+  void limit_friction();
   /// Whether two spheres are deeper on their ways than at both ends, by half the smaller radius.
   [[nodiscard]] bool any_passes() const;
   /// Whether every sphere ends within the way that contacts were listed for.
@@ -43,8 +50,11 @@ class ImplicitContacts {
     double stiffness_N_per_m = 0.0, damping_N_s_per_m = 0.0, friction = 0.0, viscous_s_per_m = 0.0;
     Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // at the start
     Eigen::Vector3d line_m = Eigen::Vector3d::Zero();     // b to a at the start
-    double push_N_s = 0.0;
+    double push_N_s = 0.0, most_N_s = 0.0;  // of normal force, and of friction at its limit
     Eigen::Vector3d drag_N_s = Eigen::Vector3d::Zero(), stretch_after_m = Eigen::Vector3d::Zero();
+    double hold_slope_kg = 0.0;                                     // of friction that sticks
+    Eigen::Vector3d asked_N_s = Eigen::Vector3d::Zero();            // friction without a limit
+    Eigen::Vector3d aim = Eigen::Vector3d::Zero(), next_aim = aim;  // friction over its limit
   };
   /// Line and distance of centres at the end, and the unit normal to side a.
   struct Line {

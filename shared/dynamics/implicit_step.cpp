@@ -10,7 +10,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr int kIterations = 24, kProducts = 400, kTrials = 8;
+constexpr int kIterations = 24, kProducts = 400, kTrials = 8, kFrictionIterations = 6;
 constexpr double kLinearShare = 1e-3;  // to which each linear system is solved
 constexpr double kSlopeLeft = 0.25;    // of a search along a line, beyond its end
 
@@ -66,6 +66,8 @@ void ImplicitStep::start(const SceneState& state, double step_s) {
 
 void ImplicitStep::restart(const ContactListing& listing) {
   contacts_.start(poses_, listing);
+  evaluate();
+  contacts_.limit_friction();
   evaluate();
 }
 
@@ -182,7 +184,7 @@ double ImplicitStep::residual_m_s() const {
 
 /// Shortens the change until the residual along it has not turned round by much: the equations are
 /// nearly the derivative of a convex function along the line.
-void ImplicitStep::search_line() {
+double ImplicitStep::search_line() {
   base_ = velocities_;
   const double before = -dot(residual_, change_);
   double length = 1.0;
@@ -190,7 +192,7 @@ void ImplicitStep::search_line() {
     for (std::size_t i = 0; i < base_.size(); ++i) velocities_[i] = base_[i] + length * change_[i];
     evaluate();
     const double after = dot(residual_, change_);
-    if (trial == kTrials || after <= kSlopeLeft * before) return;
+    if (trial == kTrials || after <= kSlopeLeft * before) return length;
     length *= std::max(0.1, before / (before + after));
   }
 }
@@ -204,12 +206,15 @@ void ImplicitStep::solve(SolveFigures& figures) {
         wanted_, kLinearShare, 0.0, kProducts,
         [&](const Motions& p, Motions& out) { multiply(p, out); },
         [&](const Motions& r, Motions& out) { precondition(r, out); }, change_);
-    search_line();
+    contacts_.aim_friction(poses_, change_);
+    contacts_.turn_aims(search_line());
+    if (k < kFrictionIterations) contacts_.limit_friction();
+    evaluate();
     residual = residual_m_s();
     ++figures.iterations;
   }
-  figures.converged = figures.converged && residual <= tolerance_m_s_;
-  figures.residual_m_s = std::max(figures.residual_m_s, residual);
+  figures.converged = residual <= tolerance_m_s_;
+  figures.residual_m_s = residual;
 }
 
 void ImplicitStep::write_velocities(SceneState& state) const {

@@ -22,7 +22,7 @@ struct SolveFigures {
   int parts = 0;              // of the tick, so that nothing passes through a body
   int iterations = 0;         // of Newton's method
   long products = 0;          // by conjugate gradients, with the equations' derivative
-  double residual_m_s = 0.0;  // rms over nodes and rigid bodies; the largest of all parts
+  double residual_m_s = 0.0;  // rms over nodes and rigid bodies, in the last part
 };
 
 /// One step of implicit Euler: M (v1 - v0) = h f(x1, v1) + h M g with x1 = x0 + h v1, for nodes
@@ -47,7 +47,8 @@ class ImplicitStep {
   }
   /// Reads a listing that was made for this step, anew where it changed, and evaluates the guess.
   void restart(const ContactListing& listing);
-  /// Iterates; adds to figures. Realtime: never allocates, locks or throws.
+  /// Iterates. Adds to counts of figures, and sets converged and the residual. Realtime: never
+  /// allocates, locks or throws.
   void solve(SolveFigures& figures);
   /// The start with the velocities of the guess or solution: to list contacts for its ways.
   void write_velocities(SceneState& state) const;
@@ -70,7 +71,7 @@ class ImplicitStep {
   void factorise();
   void precondition(const Motions& r, Motions& out) const;
   [[nodiscard]] double residual_m_s() const;
-  void search_line();
+  double search_line();
 
   const Description& description_;
   double tolerance_m_s_;

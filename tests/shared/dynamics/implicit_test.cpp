@@ -2,74 +2,14 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
+#include <vector>
 
-#include "tests/shared/dynamics/drawn_scene.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 
 namespace stillgrid::dynamics::implicit_test {
 namespace {
 
 constexpr double kGravity_m_s2 = 9.81, kRadius_m = 0.01;
-constexpr EngineMethod kImplicit{.kind = Method::kImplicitEuler};
-
-void run(Engine& engine, double duration_s, double step_s) {
-  for (int k = 0; k < std::lround(duration_s / step_s); ++k) {
-    engine.step({}, step_s);
-    REQUIRE(engine.solve().converged);
-  }
-}
-Eigen::Vector3d place_of(const Description::JointEnd& end, const SceneState& state) {
-  if (end.node >= 0) return state.node_position_m[static_cast<std::size_t>(end.node)].vector();
-  if (end.rigid < 0) return end.point_m;
-  const auto r = static_cast<std::size_t>(end.rigid);
-  return state.rigid_position_m[r].vector() + state.orientation[r].quaternion() * end.point_m;
-}
-
-/// Of everything that a scene has, J.
-double energy_J(const Engine& engine) {
-  const Description& scene = engine.description();
-  const SceneState& state = engine.state();
-  double sum_J = engine.contact_energy_J();
-  for (std::size_t i = 0; i < scene.nodes.size(); ++i)
-    if (!scene.nodes[i].is_pinned)
-      sum_J += scene.nodes[i].mass_kg * (0.5 * state.node_velocity_m_s[i].vector().squaredNorm() -
-                                         scene.gravity_m_s2.dot(state.node_position_m[i].vector()));
-  for (std::size_t r = 0; r < scene.rigid_bodies.size(); ++r) {
-    const Description::Rigid& body = scene.rigid_bodies[r];
-    if (body.is_driven) continue;
-    const Eigen::Vector3d spin =
-        state.orientation[r].quaternion().conjugate() * state.angular_velocity_rad_s[r].vector();
-    sum_J += body.mass_kg * (0.5 * state.rigid_velocity_m_s[r].vector().squaredNorm() -
-                             scene.gravity_m_s2.dot(state.rigid_position_m[r].vector())) +
-             0.5 * spin.dot(body.inertia_kg_m2.cwiseProduct(spin));
-  }
-  const auto stretched_J = [](double stiffness, double length, double rest) {
-    return 0.5 * stiffness * (length - rest) * (length - rest);
-  };
-  for (const Description::Spring& spring : scene.springs)
-    sum_J += stretched_J(spring.stiffness_N_per_m,
-                         (state.node_position_m[static_cast<std::size_t>(spring.a)] -
-                          state.node_position_m[static_cast<std::size_t>(spring.b)])
-                             .vector()
-                             .norm(),
-                         spring.rest_length_m);
-  for (const Description::Joint& joint : scene.joints)
-    sum_J += stretched_J(joint.stiffness_N_per_m,
-                         (place_of(joint.a, state) - place_of(joint.b, state)).norm(),
-                         joint.rest_length_m);
-  return sum_J;
-}
-
-/// The largest gain of energy in one step, as a share of the scale.
-double largest_gain(Engine& engine, double duration_s, double step_s, double scale_J) {
-  double most = 0.0, before_J = energy_J(engine);
-  for (int k = 0; k < std::lround(duration_s / step_s); ++k) {
-    engine.step({}, step_s);
-    const double now_J = energy_J(engine);
-    most = std::max(most, now_J - before_J);
-    before_J = now_J;
-  }
-  return most / scale_J;
-}
 
 TEST_CASE("A fall by implicit Euler is that of its velocities at the end", "[dynamics]") {
   EngineScene scene;
@@ -79,7 +19,7 @@ TEST_CASE("A fall by implicit Euler is that of its velocities at the end", "[dyn
   scene.add_ball(kRadius_m, {1.0, 0.0, 0.0});
   Engine engine = scene.engine(kImplicit);
   const double step_s = 0.01;
-  run(engine, 1.0, step_s);
+  run_implicit(engine, 1.0, step_s);
   const double expected_m = -kGravity_m_s2 * step_s * step_s * 0.5 * 100.0 * 101.0;
   CHECK(engine.state().node_position_m[0].z == Approx(expected_m).epsilon(1e-12));
   CHECK(engine.state().rigid_position_m[0].z == Approx(expected_m).epsilon(1e-12));
@@ -178,7 +118,7 @@ TEST_CASE("Implicit Euler tends to the small steps' motion in proportion to its 
   for (int k = 0; k < std::lround(kDuration_s / kFine_s); ++k) fine.step({}, kFine_s);
   const auto error_m = [&](double step_s) {
     Engine engine = scene.engine(kImplicit);
-    run(engine, kDuration_s, step_s);
+    run_implicit(engine, kDuration_s, step_s);
     double square = 0.0;
     for (std::size_t i = 0; i < scene.state.node_position_m.size(); ++i)
       square += (engine.state().node_position_m[i] - fine.state().node_position_m[i])
