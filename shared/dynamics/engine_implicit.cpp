@@ -38,11 +38,7 @@ bool Engine::solve_part(double h) {
 
 /// Halves the part where it has no solution: shorter steps are nearer to their start.
 void Engine::implicit_part(double h, int halvings) {
-  if (!listing_holds(h)) {
-    listing_.list(state_, h);
-    adopt_listing();
-    is_stale_ = false;
-  }
+  if (!listing_holds(h)) list_contacts(h);
   const bool was_solved = solve_.converged, stays_out = solve_part(h);
   const bool is_divided =
       stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
