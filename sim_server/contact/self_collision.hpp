@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
@@ -24,6 +25,9 @@ class SelfCollision {
     if (a.body != b.body) return true;  // but for joints: bodies::may_collide()
     return a.rigid < 0 && are_apart_at_rest(a, b) && !are_joined(a, b);
   }
+
+  /// Pairs of spheres of deformable bodies that may not collide, smaller first, sorted.
+  [[nodiscard]] std::vector<std::pair<int, int>> apart_spheres(const bodies::World& world) const;
 
  private:
   [[nodiscard]] static bool are_apart_at_rest(const bodies::SphereBinding& a,

@@ -29,7 +29,6 @@ struct IntegratorKind {
   std::unique_ptr<dynamics::Integrator> (*make)(const Method& method) = nullptr;
 
   static const IntegratorKind kVelocityVerlet;
-  static const IntegratorKind kSmallSteps;  // position Verlet at 1 kHz, contacts solved implicitly
   static const IntegratorKind kImplicitEuler;  // by Newton's method with conjugate gradients
   static const IntegratorKind kCvodeBdf;       // SUNDIALS: variable order and step; the reference
 
@@ -39,8 +38,6 @@ struct IntegratorKind {
 };
 inline constexpr IntegratorKind IntegratorKind::kVelocityVerlet{"velocity_verlet",
                                                                 IntegratorFamily::kExplicit};
-inline constexpr IntegratorKind IntegratorKind::kSmallSteps{"small_steps",
-                                                            IntegratorFamily::kExplicit};
 inline constexpr IntegratorKind IntegratorKind::kImplicitEuler{"implicit_euler",
                                                                IntegratorFamily::kImplicit};
 inline constexpr IntegratorKind IntegratorKind::kCvodeBdf{"cvode_bdf",
@@ -49,7 +46,7 @@ inline constexpr IntegratorKind IntegratorKind::kCvodeBdf{"cvode_bdf",
 using Integrators = std::span<const IntegratorKind>;
 /// The integrators that a scene file may name; the laboratory adds one that is measured beside.
 inline constexpr std::array kIntegrators = {
-    IntegratorKind::kVelocityVerlet, IntegratorKind::kSmallSteps, IntegratorKind::kImplicitEuler,
+    IntegratorKind::kVelocityVerlet, IntegratorKind::kImplicitEuler,
     IntegratorKind::kCvodeBdf};
 
 /// How a scene is integrated.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sim_server/dynamics/forces/explicit_joints.hpp"
-#include "sim_server/dynamics/forces/spring_bound.hpp"
+#include "shared/dynamics/engine.hpp"
+#include "sim_server/dynamics/ticks/described_world.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -26,9 +26,9 @@ SceneLoad load_of(const bodies::World& world) {
   load.nodes = static_cast<double>(world.nodes.size());
   load.spheres = static_cast<double>(world.spheres.size());
   load.joints = static_cast<double>(world.joints.size());
-  const SpringRates rates = bound_springs(world), joints = JointSpectrum(world).bound(world, 0.0);
-  load.spring_rad_s = std::sqrt(rates.stiffness_per_s2 + joints.stiffness_per_s2);
-  load.damping_1_s = rates.damping_per_s + joints.damping_per_s;
+  const SpectrumBound bound = spectrum_bound(described_without_spheres(world).description);
+  load.spring_rad_s = bound.frequency_rad_s;
+  load.damping_1_s = bound.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
     if (body.sheet_nodes.prod() > 0) load.sheet_springs += body.spring_count;
     if (body.rigid >= 0) load.rigid_bodies += 1.0;
@@ -64,11 +64,9 @@ int stable_substeps(const SceneLoad& load, double step_s) {
 }
 
 int taken_substeps(const SceneLoad& load, double step_s) {
-  constexpr double kMax = 1e9;
-  const double per_s =
-      std::max(substeps_per_s({load.spring_rad_s * load.spring_rad_s, load.damping_1_s}),
-               contact_substeps_per_s(0.5 * load.contact_rad_s * load.contact_rad_s));
-  return static_cast<int>(std::clamp(std::ceil(step_s * per_s), 1.0, kMax));
+  const double ticks = std::max(1.0, std::ceil(step_s / kTick_s - 1e-9));
+  return static_cast<int>(ticks) *
+         stable_substeps(SpectrumBound{load.spring_rad_s, load.damping_1_s}, step_s / ticks);
 }
 
 double cost_ms(const SceneLoad& load, const scene::Method& method, const StepWork& work) {

@@ -1,6 +1,5 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/implicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
@@ -14,7 +13,6 @@ void Integrator::commit(bodies::World& world, double duration_s) {
 
 std::unique_ptr<Integrator> make_integrator(const scene::Method& method) {
   if (method.integrator.make != nullptr) return method.integrator.make(method);
-  if (scene::is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
   if (scene::chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
   return std::make_unique<ImplicitIntegrator>(std::make_unique<NewtonSolver>(method.tolerance_m_s));
 }

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <limits>
 #include <memory>
-#include <optional>
 #include <span>
 
 #include "sim_server/bodies/world.hpp"
@@ -11,7 +9,6 @@
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
-#include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/scene/method.hpp"
 
 namespace stillgrid::dynamics {
@@ -20,11 +17,6 @@ namespace stillgrid::dynamics {
 struct IntegratorTraits {
   bool solves =
       false;  // by a NonlinearSolver: its iterations are the budget's, and correct() works
-  bool always_advances = false;  // a trial that did not converge is taken too: time runs late
-  bool divides_itself = false;  // Method::substeps are made within advance(), not by the simulation
-  bool looks_within = false;    // meets on its way what it was given contacts with
-  double longest_part_s =       // after which contacts have to be found anew
-      std::numeric_limits<double>::infinity();
   int most_iterations = 0;  // of a part; 0: as few as let a part that does not converge be halved
 };
 
@@ -60,19 +52,12 @@ class Integrator {
   /// Where the last advance() or correct() led.
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
-  /// The energy that flowed over the last advance(), of an integrator that looked within its step.
-  [[nodiscard]] virtual std::optional<EnergyFlow> flow() const { return std::nullopt; }
-
   /// What sticks, of an integrator in which something does; null: nothing.
   [[nodiscard]] virtual ContactMemories* memories() { return nullptr; }
 
   /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
   /// that was not committed leaves no trace in its history.
   virtual void commit(bodies::World& world, double duration_s);
-
-  /// Who shares the work of large scenes; must outlive this. No byte depends on it. By default the
-  /// caller does all.
-  virtual void share_work(const Workers& /*workers*/) {}
 
   /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew. What
   /// sticks is no step: it lasts.

@@ -21,7 +21,6 @@ constexpr double kShortest = 1.5 / kMaxSubsteps;  // of a step: it is not halved
 constexpr int kIterations = 15;                   // of a part that may be halved
 constexpr int kLastIterations = 200;              // of one that may not
 constexpr int kMaxShortenings = 64;               // of a step in which spheres cross
-constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goes no farther
 constexpr int kMaxWidenings = 3;                  // of the ways of a part
 constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
@@ -38,16 +37,6 @@ Budget last_iteration(Budget budget, double step_s) {
   return budget;
 }
 
-/// Into how many parts a step is divided, contacts being found at the start of each.
-int parts_asked(const IntegratorTraits& traits, const scene::Method& method, double step_s) {
-  if (!traits.divides_itself) return method.substeps;
-  return std::max(1, static_cast<int>(std::ceil(step_s / traits.longest_part_s)));
-}
-
-void note_work(const EnergyByHand_J& work_J, StepReport& report) {
-  for (std::size_t hand = 0; hand < work_J.size(); ++hand) report.tools[hand].work_J = work_J[hand];
-}
-
 void require_finite(const Trial& trial, double time_s) {
   if (trial.is_finite) return;
   throw std::domain_error("after " + std::to_string(time_s) +
@@ -55,13 +44,16 @@ void require_finite(const Trial& trial, double time_s) {
                           "is too long for the scene's stiffness, dampers and masses");
 }
 
-/// Of the samples that it took.
-void note_times(std::span<const std::optional<ToolSample>> samples, StepReport& report) {
-  for (std::size_t hand = 0; hand < samples.size(); ++hand)
-    if (samples[hand]) report.tools[hand].time_ns = samples[hand]->time_ns;
+}  // namespace
+
+void StepReport::note_work(const EnergyByHand_J& work_J) {
+  for (std::size_t hand = 0; hand < work_J.size(); ++hand) tools[hand].work_J = work_J[hand];
 }
 
-}  // namespace
+void StepReport::note_times(std::span<const std::optional<ToolSample>> samples) {
+  for (std::size_t hand = 0; hand < samples.size(); ++hand)
+    if (samples[hand]) tools[hand].time_ns = samples[hand]->time_ns;
+}
 
 Simulation::Simulation(const scene::SceneDescription& scene)
     : Simulation(scene, scene::build_world(scene)) {}
@@ -72,15 +64,17 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       snapshot_(world_, detection_),
       moving_fields_(world_),
       method_(scene.method),
-      integrator_(make_integrator(method_)),
-      traits_(integrator_->traits()),
       prediction_(std::make_unique<Prediction>(scene::is_explicit(method_.integrator))),
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
-  if (method_.integrator == scene::IntegratorKind::kSmallSteps)
+  if (scene::is_explicit(method_.integrator)) {
     ticked_.emplace(world_, scene::hands_of(scene));
-  if (scene.sleeping && !ticked_) sleeping_.emplace(world_);
+  } else {
+    integrator_ = make_integrator(method_);
+    traits_ = integrator_->traits();
+    if (scene.sleeping) sleeping_.emplace(world_);
+  }
   for (const bodies::RigidBody& body : world_.rigid_bodies) {
     if (body.free) continue;
     swings_ = swings_ || bodies::swings(body);
@@ -93,9 +87,9 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget};
   StepReport& report = step.report;
   report.solve.converged = true;
-  if (ticked_) return tick(step);
+  if (ticked_) return take_ticks(step);
   // Halving is exact; a part that ends before a crossing may have any length.
-  double longest = 1.0 / std::max({1, parts_asked(traits_, method_, step_s), substeps_ / 2});
+  double longest = 1.0 / std::max({1, method_.substeps, substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
   const bool may_pass = still_steps_ >= kStillSteps;
@@ -114,8 +108,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
 
   int shortenings = 0;
   while (true) {
-    part.must_advance =
-        part.must_end || part.end - part.start <= kShortest || traits_.always_advances;
+    part.must_advance = part.must_end || part.end - part.start <= kShortest;
     part.may_shorten = shortenings < kMaxShortenings && !part.must_end;
     const Attempt attempt = advance(part, step);
     if (step.budget.is_stopped() && !(attempt.advanced && part.end >= 1.0)) {
@@ -142,12 +135,12 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
     find_contacts(step_s, part);
     const ToolSamples samples = later_samples(step);
     redirect(samples, part.start);
-    note_times(samples, report);
+    report.note_times(samples);
     find_tool_contacts(part);
     report.detect += Clock::now() - again;
   }
   substeps_ = static_cast<int>(1.0 / longest);
-  note_work(tool_work_J_, report);
+  report.note_work(tool_work_J_);
   if (sleeping_) {
     const bool is_sure = report.solve.converged && !report.out_of_budget;
     if (const auto sleep_loss_J = sleeping_->settle(
@@ -169,7 +162,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
 StepReport Simulation::pass(double step_s, StepReport& report) {
   world_.time_s += step_s;
   report.substeps = 1;
-  note_work(tool_work_J_, report);
+  report.note_work(tool_work_J_);
   if (sleeping_) report.sleeping_spheres = sleeping_->sleeping_spheres();
   return report;
 }
@@ -195,15 +188,15 @@ void Simulation::take(std::size_t hand, const std::optional<ToolSample>& sample,
     detection_.find_tool_contacts(world_, tool_spheres_);
     return tool_energy_J(detection_.contacts());
   };
-  const bool was_here = tool.is_here();
-  double brought_J = was_here && !sample ? -held_J(1.0) : 0.0;
+  const bool was_here = tool.is_here(), must_count = !ticked_;  // the engine does
+  double brought_J = must_count && was_here && !sample ? -held_J(1.0) : 0.0;
   if (sample) {
     step.report.tools[hand].time_ns = sample->time_ns;
     tool.place(*sample, step.length_s);
   } else {
     tool.remove();
   }
-  if (!was_here && sample) brought_J = held_J(0.0);
+  if (must_count && !was_here && sample) brought_J = held_J(0.0);
   tool_work_J_[hand] += brought_J;
   if (account_) account_->flow.given_J += brought_J;
   if (watch_) watch_->note_given(brought_J);
@@ -248,7 +241,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   take_prediction(duration_s);
   const contact::Ways predicted = ways_to(end_, end_bodies_, duration_s);
   if (wake_touched(predicted)) return {.woke = true};
-  if (!traits_.looks_within && part.may_shorten) {
+  if (part.may_shorten) {
     const double share = contact::share_before_crossings(detection_.contacts(), predicted);
     if (share < 1.0) return {.share = share};
   }
@@ -283,8 +276,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   if (watch_) watch_->note_given(flowed.given_J);
   tool_work_J_ += flowed.tool_J;
   integrator_->commit(world_, duration_s);
-  report.out_of_budget = report.out_of_budget || part.must_end ||
-                         (traits_.always_advances && !solve.converged && budget.spent());
+  report.out_of_budget = report.out_of_budget || part.must_end;
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
   report.contacts = trial.touching;
@@ -300,9 +292,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
 EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
   const Trial& trial = integrator_->trial();
   EnergyFlow flow;
-  if (const auto own = integrator_->flow())
-    flow = *own;
-  else if (account_ || watch_)
+  if (account_ || watch_)
     flow = energy_flow(world_, trial, detection_.contacts(), duration_s);
   else
     flow.tool_J = tool_flow_J(world_, trial, detection_.contacts(), duration_s);
@@ -338,7 +328,7 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   solve.products += again.products;
   if (again.converged) {
     solve.residual = again.residual;
-    note_times(samples, step.report);
+    step.report.note_times(samples);
     return true;
   }
   tools_ = before;
@@ -353,9 +343,6 @@ Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   if (part.must_end || part.widened == kMaxWidenings ||
       !detection_.strayed(world_, end, trial.rigid_bodies))
     return Strays::kNone;
-  // Struck on its way it goes on elsewhere from there, but not far in shorter parts.
-  if (traits_.looks_within && trial.struck)
-    return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
   if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf))
     return Strays::kShorter;
@@ -452,7 +439,7 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
     return {};
   // Of a part they are known by other numbers.
   std::span<const ContactMemory> kept;
-  if (const ContactMemories* memories = integrator_->memories();
+  if (const ContactMemories* memories = this->memories();
       memories != nullptr && predicted_part_.is_whole())
     kept = memories->kept();
   prediction_->look(predicted_part_.world(),
@@ -496,18 +483,17 @@ Energies Simulation::energies_now() {
     return now;
   }
   Energies now = energies(world_, tools_over(1.0, 1.0));
-  if (const ContactMemories* memories = integrator_->memories())
-    now.contacts_J += memories->energy_J();
+  if (const ContactMemories* memories = this->memories()) now.contacts_J += memories->energy_J();
   return now;
 }
 
 std::vector<ContactMemory> Simulation::sticking() const {
-  const ContactMemories* memories = integrator_->memories();
+  const ContactMemories* memories = this->memories();
   return memories != nullptr ? memories->kept() : std::vector<ContactMemory>();
 }
 
 void Simulation::stick(std::vector<ContactMemory> sticking) {
-  if (ContactMemories* memories = integrator_->memories()) memories->set_kept(std::move(sticking));
+  if (ContactMemories* memories = this->memories()) memories->set_kept(std::move(sticking));
 }
 
 }  // namespace stillgrid::dynamics

@@ -46,6 +46,10 @@ struct StepReport {
   std::array<ToolReport, proto::kMaxHands> tools{};  // by hand
   bool corrected = false;  // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
+
+  void note_work(const EnergyByHand_J& work_J);
+  /// Of the samples that were taken.
+  void note_times(std::span<const std::optional<ToolSample>> samples);
 };
 
 /// Asked for a tool's newest sample; none: there is no tool.
@@ -76,15 +80,12 @@ class Simulation {
   /// report counts what that left. Where bodies are so many and fast that a substep would gather
   /// more contacts than memory should hold (Detection), it is halved before.
   ///
-  /// Explicit integrators take parts of 4 ms at most and divide them as stability asks
-  /// (docs/algorithms/explicit_step.md).
+  /// Velocity Verlet takes ticks of 1 ms at most and divides them as stability asks
+  /// (docs/algorithms/explicit_step.md). A tick that ends behind the budget's deadline is the last:
+  /// time runs late.
   ///
   /// What forces led off the way that its contacts were found for, and into something that is not
-  /// among them, has them found again for a wider way, and the substep is computed again; in halves
-  /// where an explicit integrator met something in it.
-  ///
-  /// By small_steps the engine of both processes takes the step, in ticks of 1 ms at most, where it
-  /// has all kinds of bodies of the scene; else velocity_verlet does.
+  /// among them, has them found again for a wider way, and the substep is computed again.
   ///
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).
@@ -119,7 +120,7 @@ class Simulation {
                                                              std::size_t hand = 0);
 
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
-  void share_work(const Workers& workers) { integrator_->share_work(workers); }
+  void share_work(const Workers& /*workers*/) {}
 
   /// Makes later calls of step() throw std::domain_error when the world has gained energy that no
   /// tool and no prescribed body gave (EnergyWatch). Pre: only step() changes the world.
@@ -138,7 +139,11 @@ class Simulation {
   void stick(std::vector<ContactMemory> sticking);
 
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
-  [[nodiscard]] bodies::World& world() noexcept { return world_; }
+  /// A change of it is taken up by the next step.
+  [[nodiscard]] bodies::World& world() noexcept {
+    is_world_changed_ = true;
+    return world_;
+  }
   [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }
   /// All moving spheres as they are, ready to publish, and all moving fields.
   [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept {
@@ -177,7 +182,11 @@ class Simulation {
   /// By hand, as tools_.
   using ToolSamples = std::array<std::optional<ToolSample>, proto::kMaxHands>;
 
-  StepReport tick(Step& step);
+  StepReport take_ticks(Step& step);
+  [[nodiscard]] std::vector<std::optional<ToolPose>> tool_poses() const;
+  [[nodiscard]] ContactMemories* memories() const {
+    return integrator_ ? integrator_->memories() : nullptr;
+  }
   void place_tools(Step& step);
   void take(std::size_t hand, const std::optional<ToolSample>& sample, Step& step);
   StepReport pass(double step_s, StepReport& report);
@@ -205,9 +214,8 @@ class Simulation {
   snapshot::MovingSnapshot snapshot_;
   snapshot::MovingFields moving_fields_;
   scene::Method method_;
-  std::unique_ptr<Integrator> integrator_;
-  std::optional<TickedWorld>
-      ticked_;  // simulates in place of the integrator, if the method says so
+  std::optional<TickedWorld> ticked_;       // simulates explicit methods
+  std::unique_ptr<Integrator> integrator_;  // all others; null with ticked_
   IntegratorTraits traits_;
   std::vector<ToolMotion> tools_;                        // by hand
   std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last
@@ -224,6 +232,7 @@ class Simulation {
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 
+  bool is_world_changed_ = false;  // from outside since the last step
   bool has_driven_ = false;   // a prescribed motion that leads somewhere
   int still_steps_ = 0;       // in turn that ended with everything sleeping, as far as they count
   bool passes_ = false;       // the last step only took time on

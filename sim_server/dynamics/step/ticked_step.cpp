@@ -1,4 +1,5 @@
-// A step by the engine of both processes.
+// A step of the engine that both processes run.
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -8,57 +9,63 @@
 namespace stillgrid::dynamics {
 namespace {
 
-bool is_finite(const bodies::World& world) {
-  double sum = 0.0;
-  for (const bodies::Node& node : world.nodes)
-    sum += node.position_m.sum() + node.velocity_m_s.sum();
-  for (const bodies::RigidBody& body : world.rigid_bodies)
-    sum += body.position_m.sum() + body.velocity_m_s.sum() + body.angular_velocity_rad_s.sum();
-  return std::isfinite(sum);
-}
-
-void note_losses(const EnergyLosses& losses, EnergyFlow& flow) {
-  flow.spring_damping_J += losses.spring_damping_J;
-  flow.contact_damping_J += losses.contact_damping_J;
-  flow.friction_J += losses.friction_J;
-  flow.unsolved_J += losses.unsolved_J;
+int ticks_of(double step_s) {
+  constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
+  return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
 }
 
 }  // namespace
 
-/// Tools come and go between steps, and move evenly within one.
-StepReport Simulation::tick(Step& step) {
-  const auto start = std::chrono::steady_clock::now();
-  StepReport& report = step.report;
-  place_tools(step);
+/// Of the hands that are here.
+std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
   std::vector<std::optional<ToolPose>> poses(tools_.size());
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
     if (!tools_[hand].is_here()) continue;
     const ToolSample& sample = tools_[hand].sample();
     poses[hand] = {sample.position_m, sample.orientation, sample.velocity_m_s};
   }
+  return poses;
+}
+
+StepReport Simulation::take_ticks(Step& step) {
+  const auto start = std::chrono::steady_clock::now();
+  StepReport& report = step.report;
+  place_tools(step);
+  if (is_world_changed_) ticked_->read_from(world_);
+  is_world_changed_ = false;
   if (watch_ && watch_->is_due(world_)) watch_->judge(world_, energies_now());
-  const TickedWorld::Report ticked = ticked_->step(world_, step.length_s, poses);
-  if (!is_finite(world_))
+  // Substeps that are given divide the step as they are asked for.
+  const int ticks = method_.substeps > 0 ? 1 : ticks_of(step.length_s);
+  const double tick_s = step.length_s / ticks;
+  EnergyFlow flow;
+  for (int tick = 0; tick < ticks && !report.out_of_budget; ++tick) {
+    if (tick > 0) {
+      const ToolSamples samples = later_samples(step);
+      redirect(samples, tick / static_cast<double>(ticks));
+      note_times(samples, report);
+    }
+    const auto poses = tool_poses();
+    const TickedWorld::Report ticked =
+        ticked_->advance(world_, {tick_s, (ticks - tick) * tick_s, method_.substeps, poses});
+    flow += ticked.flow;
+    report.substeps += ticked.substeps;
+    report.contacts = ticked.touching;
+    report.out_of_budget = step.budget.is_late();  // time runs late then
+  }
+  if (!ticked_->write_to(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
-                            " s of simulated time a position or a velocity is not finite");
-  double given_J = ticked.prescribed_work_J + ticked.losses.joints_J - ticked.to_driven_J;
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    tool_work_J_[hand] += ticked.work_J[hand];
-    given_J += ticked.work_J[hand];
-    report.tools[hand].work_J = tool_work_J_[hand];
-  }
-  if (account_) {
-    account_->flow.given_J += given_J;
-    note_losses(ticked.losses, account_->flow);
-  }
-  if (watch_) watch_->note_given(given_J);
-  report.substeps = ticked.substeps;
-  report.contacts = ticked.touching;
+                            " s of simulated time a position or a velocity is not finite: the step "
+                            "is too long for the scene's stiffness, dampers and masses");
+  tool_work_J_ += flow.tool_J;
+  if (account_) account_->flow += flow;
+  if (watch_) watch_->note_given(flow.given_J);
+  note_work(tool_work_J_, report);
+  report.solve.iterations = report.substeps;
+  report.stopped = step.budget.is_stopped();
+  report.integrate = std::chrono::steady_clock::now() - start;
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
   moving_fields_.show(world_);
-  report.integrate = std::chrono::steady_clock::now() - start;
   return report;
 }
 

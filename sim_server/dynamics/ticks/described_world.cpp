@@ -105,23 +105,9 @@ void add_tools(const bodies::World& world, std::span<const scene::Hand> hands,
   }
 }
 
-/// Spheres of one deformable body that never collide.
-void add_apart_spheres(const bodies::World& world, DescribedWorld& described) {
-  const contact::SelfCollision self_collision(world);
-  for (const bodies::BodyRange& body : world.bodies) {
-    if (body.rigid >= 0) continue;
-    for (int i = body.first_sphere; i < body.first_sphere + body.sphere_count; ++i)
-      for (int j = i + 1; j < body.first_sphere + body.sphere_count; ++j)
-        if (!self_collision.may_collide(world.spheres[static_cast<std::size_t>(i)],
-                                        world.spheres[static_cast<std::size_t>(j)]))
-          described.description.apart_spheres.emplace_back(i, j);
-  }
-  std::ranges::sort(described.description.apart_spheres);
-}
-
 }  // namespace
 
-DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands) {
+DescribedWorld described_without_spheres(const bodies::World& world) {
   DescribedWorld described;
   described.description.gravity_m_s2 = world.gravity_m_s2;
   described.description.materials = world.materials;
@@ -131,10 +117,15 @@ DescribedWorld described(const bodies::World& world, std::span<const scene::Hand
     const int rigid = add_rigid(body, described);
     if (!body.free) described.prescribed.push_back(static_cast<std::size_t>(rigid));
   }
+  return described;
+}
+
+DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands) {
+  DescribedWorld described = described_without_spheres(world);
   add_moving_spheres(world, described);
   add_static(world, described);
   add_tools(world, hands, described);
-  add_apart_spheres(world, described);
+  described.description.apart_spheres = contact::SelfCollision(world).apart_spheres(world);
   for (const auto& [a, b] : world.apart)
     if (a < b) described.description.apart.emplace_back(a, b);
   return described;

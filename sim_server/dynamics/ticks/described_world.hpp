@@ -25,4 +25,7 @@ struct DescribedWorld {
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands);
 
+/// The same without spheres, planes and tools: what vibrates.
+[[nodiscard]] DescribedWorld described_without_spheres(const bodies::World& world);
+
 }  // namespace stillgrid::dynamics

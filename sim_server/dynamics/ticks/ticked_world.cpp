@@ -1,70 +1,129 @@
 #include "sim_server/dynamics/ticks/ticked_world.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
+namespace {
 
-TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands) {
+bool is_finite(const SceneState& state) {
+  Vector4 sum;
+  for (const auto* values :
+       {&state.node_position_m, &state.node_velocity_m_s, &state.rigid_position_m,
+        &state.rigid_velocity_m_s, &state.orientation, &state.angular_velocity_rad_s})
+    for (const Vector4& value : *values) sum = sum + value;
+  return (0.0 * sum.vector()).allFinite();
+}
+
+}  // namespace
+
+TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands)
+    : hands_(hands.size()), time_s_(world.time_s) {
   DescribedWorld from = described(world, hands);
   prescribed_ = std::move(from.prescribed);
   first_hand_ = prescribed_.size() + (from.has_static_body ? 1 : 0);
-  driven_.resize(first_hand_ + hands.size());
-  before_.resize(hands.size());
+  driven_.resize(first_hand_ + hands_);
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
     driven_[k].orientation = world.rigid_bodies[prescribed_[k]].orientation;
   engine_ = std::make_unique<Engine>(std::move(from.description), std::move(from.state));
 }
 
-/// Where driven bodies are at time_s, when a share of the step is over.
-void TickedWorld::aim(const bodies::World& world, double time_s, double share,
-                      std::span<const std::optional<ToolPose>> tools) {
+void TickedWorld::read_from(const bodies::World& world) {
+  SceneState state = engine_->state();
+  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+    state.node_position_m[i] = Vector4(world.nodes[i].position_m);
+    state.node_velocity_m_s[i] = Vector4(world.nodes[i].velocity_m_s);
+  }
+  for (std::size_t r = 0; r < world.rigid_bodies.size(); ++r) {
+    const bodies::RigidBody& body = world.rigid_bodies[r];
+    state.rigid_position_m[r] = Vector4(body.position_m);
+    state.orientation[r] = Vector4(body.orientation);
+    if (!body.free) continue;
+    state.rigid_velocity_m_s[r] = Vector4(body.velocity_m_s);
+    state.angular_velocity_rad_s[r] = Vector4(body.angular_velocity_rad_s);
+  }
+  engine_->set_state(std::move(state));
+  engine_->set_gravity(world.gravity_m_s2);
+  time_s_ = world.time_s;
+}
+
+/// Tools are the last rigid bodies.
+std::size_t TickedWorld::rigid_of_hand(std::size_t hand) const {
+  return engine_->state().rigid_position_m.size() - hands_ + hand;
+}
+
+/// Where driven bodies are at the end of the tick.
+void TickedWorld::aim(const bodies::World& world, const Tick& tick) {
+  const SceneState& state = engine_->state();
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
     driven_[k].position_m =
-        bodies::prescribed_state(world.rigid_bodies[prescribed_[k]], time_s).position_m;
-  for (std::size_t hand = 0; hand < before_.size(); ++hand) {
+        bodies::prescribed_state(world.rigid_bodies[prescribed_[k]], time_s_ + tick.length_s)
+            .position_m;
+  for (std::size_t hand = 0; hand < hands_; ++hand) {
     DrivenPose& pose = driven_[first_hand_ + hand];
-    pose.is_here = hand < tools.size() && tools[hand].has_value();
+    pose.is_here = hand < tick.tools.size() && tick.tools[hand].has_value();
     if (!pose.is_here) continue;
-    const ToolPose &from = *before_[hand], &to = *tools[hand];
-    pose.position_m = from.position_m + share * (to.position_m - from.position_m);
-    pose.velocity_m_s = to.velocity_m_s;
+    const ToolPose& end = *tick.tools[hand];
+    const std::size_t r = rigid_of_hand(hand);
+    // A tool comes at its velocity.
+    const bool comes = state.is_here[r] == 0;
+    const Eigen::Vector3d from_m =
+        comes ? Eigen::Vector3d(end.position_m - tick.left_s * end.velocity_m_s)
+              : state.rigid_position_m[r].vector();
+    const Eigen::Quaterniond from = comes ? end.orientation : state.orientation[r].quaternion();
+    const double share = tick.length_s / tick.left_s;
+    pose.position_m = from_m + share * (end.position_m - from_m);
     pose.orientation =
-        rotation_by(share * rotation_vector(to.orientation * from.orientation.conjugate())) *
-        from.orientation;
+        rotation_by(share * rotation_vector(end.orientation * from.conjugate())) * from;
+    pose.velocity_m_s = end.velocity_m_s;
+    if (share < 1.0) continue;
+    pose.position_m = end.position_m;
+    pose.orientation = end.orientation;
   }
 }
 
-/// Driven bodies move evenly within a tick, so that their reactions' work is a product.
-void TickedWorld::add_work(Report& report) const {
+/// Driven bodies move evenly within a tick: the work of their reactions is a product.
+void TickedWorld::add_flow(EnergyFlow& flow) const {
   const SceneState& state = engine_->state();
-  const std::size_t first = state.rigid_position_m.size() - before_.size();
-  const auto along = [&](std::size_t rigid, const Eigen::Vector3d& impulse,
-                         const Eigen::Vector3d& moment) {
-    return -impulse.dot(state.rigid_velocity_m_s[rigid].vector()) -
-           moment.dot(state.angular_velocity_rad_s[rigid].vector());
+  const auto along_J = [&](std::size_t rigid, const Eigen::Vector3d& impulse_N_s,
+                           const Eigen::Vector3d& moment_N_m_s) {
+    return -impulse_N_s.dot(state.rigid_velocity_m_s[rigid].vector()) -
+           moment_N_m_s.dot(state.angular_velocity_rad_s[rigid].vector());
   };
-  const auto work_J = [&](const DrivenReaction& reaction, std::size_t rigid) {
-    return reaction.brought_J + along(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
+  // The world gets what is not given to other driven bodies.
+  const auto work_J = [&](std::size_t driven, std::size_t rigid) {
+    const DrivenReaction& reaction = engine_->reactions()[driven];
+    const double all_J =
+        reaction.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
+    flow.given_J +=
+        all_J - along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
+    return all_J;
   };
-  const auto to_driven_J = [&](const DrivenReaction& reaction, std::size_t rigid) {
-    return along(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
-  };
-  const auto reactions = engine_->reactions();
-  for (std::size_t hand = 0; hand < before_.size() && hand < report.work_J.size(); ++hand) {
-    report.work_J[hand] += work_J(reactions[first_hand_ + hand], first + hand);
-    report.to_driven_J += to_driven_J(reactions[first_hand_ + hand], first + hand);
-  }
-  for (std::size_t k = 0; k < prescribed_.size(); ++k)
-    report.prescribed_work_J +=
-        work_J(reactions[k], prescribed_[k]) - to_driven_J(reactions[k], prescribed_[k]);
+  for (std::size_t hand = 0; hand < hands_ && hand < flow.tool_J.size(); ++hand)
+    flow.tool_J[hand] += work_J(first_hand_ + hand, rigid_of_hand(hand));
+  for (std::size_t k = 0; k < prescribed_.size(); ++k) work_J(k, prescribed_[k]);
+  const EnergyLosses& losses = engine_->losses();
+  flow.given_J += losses.joints_J;
+  flow.spring_damping_J += losses.spring_damping_J;
+  flow.contact_damping_J += losses.contact_damping_J;
+  flow.friction_J += losses.friction_J;
+  flow.unsolved_J += losses.unsolved_J;
 }
 
-void TickedWorld::write_to(bodies::World& world) const {
+TickedWorld::Report TickedWorld::advance(const bodies::World& world, const Tick& tick) {
+  aim(world, tick);
+  engine_->step(driven_, tick.length_s, tick.substeps);
+  time_s_ += tick.length_s;
+  Report report{.substeps = engine_->substeps(), .touching = engine_->touching()};
+  add_flow(report.flow);
+  return report;
+}
+
+bool TickedWorld::write_to(bodies::World& world) const {
   const SceneState& state = engine_->state();
+  if (!is_finite(state)) return false;
+  world.time_s = time_s_;
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
     world.nodes[i].position_m = state.node_position_m[i].vector();
     world.nodes[i].velocity_m_s = state.node_velocity_m_s[i].vector();
@@ -75,34 +134,9 @@ void TickedWorld::write_to(bodies::World& world) const {
     body.orientation = state.orientation[r].quaternion();
     body.velocity_m_s = state.rigid_velocity_m_s[r].vector();
     body.angular_velocity_rad_s = state.angular_velocity_rad_s[r].vector();
-    if (!body.free) body.velocity_m_s = bodies::prescribed_state(body, world.time_s).velocity_m_s;
+    if (!body.free) body.velocity_m_s = bodies::prescribed_state(body, time_s_).velocity_m_s;
   }
-}
-
-TickedWorld::Report TickedWorld::step(bodies::World& world, double step_s,
-                                      std::span<const std::optional<ToolPose>> tools) {
-  constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
-  const int ticks = std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
-  const double tick_s = step_s / ticks;
-  for (std::size_t hand = 0; hand < before_.size() && hand < tools.size(); ++hand) {
-    if (before_[hand] || !tools[hand]) continue;
-    before_[hand] = tools[hand];  // it comes at its velocity
-    before_[hand]->position_m -= step_s * tools[hand]->velocity_m_s;
-  }
-  Report report;
-  for (int tick = 1; tick <= ticks; ++tick) {
-    aim(world, world.time_s + tick * tick_s, tick / static_cast<double>(ticks), tools);
-    engine_->step(driven_, tick_s);
-    add_work(report);
-    report.substeps += engine_->substeps();
-    report.losses += engine_->losses();
-  }
-  for (std::size_t hand = 0; hand < before_.size(); ++hand)
-    before_[hand] = hand < tools.size() ? tools[hand] : std::nullopt;
-  world.time_s += step_s;
-  write_to(world);
-  report.touching = engine_->touching();
-  return report;
+  return true;
 }
 
 }  // namespace stillgrid::dynamics

@@ -98,7 +98,6 @@ int sleeping_after(scene::SceneDescription scene, scene::IntegratorKind integrat
 
 TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleeping]") {
   const scene::IntegratorKind integrator = GENERATE(from_range(scene::kIntegrators));
-  if (integrator == scene::IntegratorKind::kSmallSteps) return;  // nothing sleeps by it yet
   CAPTURE(scene::name_of(integrator));
   CHECK(sleeping_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
   CHECK(sleeping_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);
