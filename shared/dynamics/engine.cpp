@@ -60,6 +60,17 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
 }
 
+void Engine::set_state(SceneState state) {
+  state_ = std::move(state);
+  is_stale_ = true;
+}
+
+void Engine::set_gravity(const Eigen::Vector3d& gravity_m_s2) {
+  if (gravity_m_s2 == description_.gravity_m_s2) return;
+  description_.gravity_m_s2 = gravity_m_s2;
+  fingerprint_ = fingerprint(description_);
+}
+
 void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
   assert(driven.size() == driven_.size());
   for (std::size_t k = 0; k < driven_.size(); ++k) {
@@ -84,15 +95,8 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
   }
 }
 
-/// Position Verlet is stable where (h w)^2 / 4 + h d / 2 < 1 for the fastest vibration w and the
-/// strongest damper d, and errs by (h w)^2 / 24 of the phase.
 int Engine::substeps_by_stiffness(double tick_s) const {
-  constexpr double kMaxStable = 0.9, kMaxTurn_rad = 1.0;
-  for (int count = 1;; ++count) {
-    const double h = tick_s / count, turn = h * bound_.frequency_rad_s;
-    const double share = 0.25 * turn * turn + 0.5 * h * bound_.damping_per_s;
-    if (share <= kMaxStable && turn <= kMaxTurn_rad) return count;
-  }
+  return stable_substeps(bound_, tick_s);
 }
 
 void Engine::substep(double h) {
@@ -127,9 +131,10 @@ void Engine::list_contacts(double tick_s) {
   is_stale_ = false;
 }
 
-void Engine::divided_tick(double tick_s) {
-  const int by_speed = substeps_by_speed(tick_s);
-  substeps_ = std::max(substeps_by_stiffness(tick_s), by_speed);
+void Engine::divided_tick(double tick_s, int given_substeps) {
+  const int by_speed = given_substeps > 0 ? 1 : substeps_by_speed(tick_s);
+  substeps_ =
+      given_substeps > 0 ? given_substeps : std::max(substeps_by_stiffness(tick_s), by_speed);
   const double substep_s = tick_s / substeps_;
   for (int k = 0; k < substeps_; ++k) {
     // A sphere that was struck may be faster than contacts were listed for.
@@ -139,7 +144,7 @@ void Engine::divided_tick(double tick_s) {
   turn_balls(balls_, state_, tick_s);
 }
 
-void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
+void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {
   const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
   aim_driven(driven, tick_s);
   if (!listing_holds(tick_s)) list_contacts(tick_s);
@@ -150,7 +155,7 @@ void Engine::step(std::span<const DrivenPose> driven, double tick_s) {
   if (implicit_)
     implicit_tick(tick_s);
   else
-    divided_tick(tick_s);
+    divided_tick(tick_s, given_substeps);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);

@@ -61,8 +61,13 @@ class Engine {
   Engine& operator=(const Engine&) = delete;
 
   /// Advances by a tick of tick_s. driven: one pose for each driven body, in the order of the
-  /// Description.
-  void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s);
+  /// Description. given_substeps: 0 for as many as stability asks for.
+  void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s,
+            int given_substeps = 0);
+
+  /// Changes positions and velocities; contacts keep their friction. Pre: of this Description.
+  void set_state(SceneState state);
+  void set_gravity(const Eigen::Vector3d& gravity_m_s2);
 
   /// Writes all that later steps depend on as one block. Realtime: yes, where the block has had the
   /// size before.
@@ -125,7 +130,7 @@ class Engine {
   [[nodiscard]] int substeps_by_stiffness(double tick_s) const;
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
-  void divided_tick(double tick_s);
+  void divided_tick(double tick_s, int given_substeps);
   void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
   void implicit_part(double part_s, int halvings);

@@ -6,7 +6,6 @@
 #include <memory>
 #include <string>
 
-#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
@@ -248,14 +247,13 @@ void swing_cloth(benchmark::State& state) {
   sim_server::shear_stiffness_N_per_m(body) = 5e3;
   sim_server::springs(body).bend_stiffness_N_per_m = 1e3;
   sim_server::springs(body).pinned_nodes = {0, side - 1};
-  bodies::World world = scene::build_world(sim_server::scene_of({body}, {}, {0.0, 0.0, -9.81}));
-  dynamics::ExplicitIntegrator integrator({.integrator = scene::IntegratorKind::kVelocityVerlet});
-  dynamics::Budget budget;
-  for (auto _ : state) {
-    (void)integrator.advance(world, {}, 0.01, budget);
-    integrator.commit(world, 0.01);
-  }
-  state.counters["substeps"] = integrator.substeps();
+  scene::SceneDescription scene = sim_server::scene_of({body}, {}, {0.0, 0.0, -9.81});
+  scene.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
+  scene.sleeping = false;
+  dynamics::Simulation simulation(scene);
+  int substeps = 0;
+  for (auto _ : state) substeps = simulation.step(0.01, [] { return std::nullopt; }).substeps;
+  state.counters["substeps"] = substeps;
 }
 BENCHMARK(swing_cloth)
     ->Name("cloth_10ms")

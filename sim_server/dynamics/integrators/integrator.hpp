@@ -67,6 +67,7 @@ class Integrator {
   Trial trial_;
 };
 
+/// Throws std::invalid_argument for velocity_verlet, which the engine simulates.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const scene::Method& method);
 
 }  // namespace stillgrid::dynamics

@@ -22,6 +22,7 @@
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
 #include "sim_server/dynamics/ticks/ticked_world.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"

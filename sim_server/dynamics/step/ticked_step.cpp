@@ -42,7 +42,7 @@ StepReport Simulation::take_ticks(Step& step) {
     if (tick > 0) {
       const ToolSamples samples = later_samples(step);
       redirect(samples, tick / static_cast<double>(ticks));
-      note_times(samples, report);
+      report.note_times(samples);
     }
     const auto poses = tool_poses();
     const TickedWorld::Report ticked =
@@ -59,7 +59,7 @@ StepReport Simulation::take_ticks(Step& step) {
   tool_work_J_ += flow.tool_J;
   if (account_) account_->flow += flow;
   if (watch_) watch_->note_given(flow.given_J);
-  note_work(tool_work_J_, report);
+  report.note_work(tool_work_J_);
   report.solve.iterations = report.substeps;
   report.stopped = step.budget.is_stopped();
   report.integrate = std::chrono::steady_clock::now() - start;

@@ -40,7 +40,7 @@ class TickedWorld {
   };
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
-    EnergyFlow flow;
+    EnergyFlow flow = {};
   };
   /// Advances by a tick. The world is the state of the last write_to(), whose prescribed bodies
   /// tell their motion.

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "tests/sim_server/dynamics/known_answers/oscillator.hpp"
 #include "tests/sim_server/dynamics/known_answers/slope.hpp"
 
@@ -30,17 +29,14 @@ TEST_CASE("Verlet holds below (2 / w) (sqrt(1 + zeta^2) - zeta) and not above",
   CHECK(energy_growth(damping_ratio, kVerlet, 1.01 * limit_s, 1, 500) > 1e4);
 
   // Left to choose, it stays below: not a joule more than there was, if damped.
-  bodies::World world = oscillator(damping_ratio);
-  const double before_J = bodies::mechanical_energy_J(world);
-  ExplicitIntegrator integrator(verlet(0));
-  Budget budget;
-  for (int i = 0; i < 100; ++i) {
-    (void)integrator.advance(world, {}, 0.05, budget);
-    integrator.commit(world, 0.05);
-  }
-  CHECK(0.05 / integrator.substeps() < limit_s);
-  CHECK(0.05 / integrator.substeps() > 0.4 * limit_s);  // the bound is from above
-  CHECK(bodies::mechanical_energy_J(world) < 12.0 * before_J);
+  Simulation simulation(oscillator(damping_ratio, verlet(0)));
+  pull(simulation);
+  const double before_J = bodies::mechanical_energy_J(simulation.world());
+  constexpr double kStep_s = 0.05;
+  int substeps = 0;
+  for (int i = 0; i < 100; ++i) substeps = simulation.step(kStep_s, no_tool).substeps;
+  CHECK(kStep_s / substeps < limit_s);
+  CHECK(bodies::mechanical_energy_J(simulation.world()) < 12.0 * before_J);
 }
 
 /// Ten masses of 10 g on springs of 100 N/m hang from a wall, pulled evenly; the exact motion is a
@@ -48,15 +44,18 @@ TEST_CASE("Verlet holds below (2 / w) (sqrt(1 + zeta^2) - zeta) and not above",
 double chain_error_m(double step_s) {
   constexpr int kMasses = 10;
   const double stiffness_N_per_m = 100.0, mass_kg = 0.01, pull_m = 0.001;
-  bodies::World world = scene::build_world(sim_server::scene_of(
-      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})});
+  scene.method = verlet(1);
+  scene.sleeping = false;
+  Simulation simulation(scene);
+  bodies::World& world = simulation.world();
   Eigen::VectorXd start_m(kMasses);
   for (int i = 0; i < kMasses; ++i) {
     start_m[i] = pull_m * (i + 1);
     world.nodes[static_cast<std::size_t>(i) + 1].position_m.x() += start_m[i];
   }
-  const bodies::World rest = scene::build_world(sim_server::scene_of(
-      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
+  const bodies::World rest = scene::build_world(scene);
   Eigen::MatrixXd chain = 2.0 * Eigen::MatrixXd::Identity(kMasses, kMasses);
   chain(kMasses - 1, kMasses - 1) = 1.0;
   for (int i = 0; i + 1 < kMasses; ++i) chain(i, i + 1) = chain(i + 1, i) = -1.0;
@@ -65,7 +64,7 @@ double chain_error_m(double step_s) {
   const Eigen::ArrayXd rates = modes.eigenvalues().array().sqrt();
   double worst_m = 0.0;
   for (double t_s = step_s; t_s < 0.5 + 0.5 * step_s; t_s += step_s) {
-    run(world, verlet(1), step_s, 1);
+    (void)advance(simulation, step_s, 1);
     const Eigen::VectorXd exact_m =
         modes.eigenvectors() * (amplitude.array() * (rates * t_s).cos()).matrix();
     for (int i = 0; i < kMasses; ++i) {

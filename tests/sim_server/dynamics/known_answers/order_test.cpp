@@ -12,14 +12,20 @@ namespace {
 constexpr int kMasses = 10;
 
 /// A chain of ten masses of 10 g and springs of 1000 N/m, one end pinned, along x.
-bodies::World chain() {
-  return scene::build_world(sim_server::scene_of(
-      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
+scene::SceneDescription chain() {
+  return sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})});
 }
 
 /// The largest error over half a second against the first mode, let go at rest.
 double error_m(scene::IntegratorKind kind, double step_s) {
-  bodies::World world = chain();
+  scene::SceneDescription scene = chain();
+  scene.method = {.integrator = kind,
+                  .substeps = scene::is_explicit(kind) ? 1 : 0,
+                  .tolerance_m_s = 1e-11};
+  scene.sleeping = false;
+  Simulation simulation(scene);
+  bodies::World& world = simulation.world();
   const double x = std::numbers::pi / (2 * kMasses + 1);
   const double rate_rad_s = 2.0 * std::sqrt(1000.0 / 0.01) * std::sin(0.5 * x);
   const auto stretch_m = [&](int mass, double time_s) {
@@ -27,13 +33,9 @@ double error_m(scene::IntegratorKind kind, double step_s) {
   };
   for (int i = 1; i <= kMasses; ++i)
     world.nodes[static_cast<std::size_t>(i)].position_m.x() += stretch_m(i, 0.0);
-  const auto integrator = make_integrator(
-      {.integrator = kind, .substeps = scene::is_explicit(kind) ? 1 : 0, .tolerance_m_s = 1e-11});
   double worst_m = 0.0;
   for (int step = 1; step <= std::lround(0.5 / step_s); ++step) {
-    Budget budget;
-    REQUIRE(integrator->advance(world, {}, step_s, budget).converged);
-    integrator->commit(world, step_s);
+    REQUIRE(advance(simulation, step_s, 1));
     for (int i = 1; i <= kMasses; ++i)
       worst_m = std::max(worst_m, std::abs(world.nodes[static_cast<std::size_t>(i)].position_m.x() -
                                            0.1 * i - stretch_m(i, step * step_s)));
