@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::order_test {
