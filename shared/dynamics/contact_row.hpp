@@ -59,14 +59,15 @@ struct alignas(64) RigidSide {
 /// All that an iteration over one row reads and writes. Impulses are in N s and act on side a.
 struct alignas(64) ContactRow {
   RowIndices mover_a, mover_b;
-  RowFloats normal[3];  // unit, towards a
-  RowFloats spring_impulse_N_s,
-      damper_impulse_N_s;         // at zero normal velocity at the end of the substep
-  RowFloats held_impulse_N_s[3];  // friction at zero slip at the end
-  RowFloats spring_slope_kg, damper_slope_kg, hold_slope_kg;  // per velocity at the end
-  RowFloats inverse_spring, inverse_both;                     // solutions of the implicit equations
-  RowFloats normal_mass_per_kg, across_mass_per_kg;           // inverse effective masses
+  RowFloats normal[3];                           // unit, towards a
+  RowFloats spring_N_s_per_m, damper_N_s_per_m;  // impulse per sum and per difference of the
+                                                 // depths at the start and at the end
+  RowFloats inverse_spring, inverse_both;        // solutions of the implicit equations
+  RowFloats held_impulse_N_s[3];                 // friction at zero slip at the end of the substep
+  RowFloats hold_slope_kg;                       // its change per velocity at the end
+  RowFloats normal_mass_per_kg, across_mass_per_kg;  // inverse effective masses
   RowFloats depth_m;  // at the middle of the substep; far below zero where no contact is near
+  RowFloats start_m;  // depth at the start of the substep
   RowFloats lever;    // distance of the centres over the sum of the radii
   RowFloats friction, viscous_s_per_m;  // the latter is zero where friction sticks
   RowFloats push_impulse_N_s,

@@ -9,122 +9,11 @@
 #include <hwy/foreach_target.h>  // first: highway.h depends on it
 #include <hwy/highway.h>
 
-#include <type_traits>
-
-#include "shared/dynamics/sides-inl.hpp"
+#include "shared/dynamics/contact_law-inl.hpp"
+#include "shared/dynamics/row_visits-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
-
-template <class A, class B>
-constexpr bool kInTurn = std::is_same_v<A, BallSide<1>> &&
-                         (std::is_same_v<B, BallSide<-1>> || std::is_same_v<B, PlaneSide>);
-
-constexpr float kApart_m = -1e6F;  // depth of a lane that is not solved
-
-/// Calls visit with the types of both sides of a group.
-template <class Visit>
-HWY_INLINE void WithSides(const RowGroup& group, const Visit& visit) {
-  const auto with_b = [&](auto a) HWY_ATTR {
-    switch (group.b) {
-      case SideKind::kBall:
-        return visit(a, BallSide<-1>());
-      case SideKind::kRigid:
-        return visit(a, RigidBodySide<-1>());
-      case SideKind::kSoft:
-        return visit(a, SoftBodySide<-1>());
-      case SideKind::kPlane:
-        return visit(a, PlaneSide());
-    }
-  };
-  // Sides are listed in the order of their kinds, and no plane is side a.
-  switch (group.a) {
-    case SideKind::kBall:
-      return with_b(BallSide<1>());
-    case SideKind::kRigid:
-      return with_b(RigidBodySide<1>());
-    default:
-      return with_b(SoftBodySide<1>());
-  }
-}
-
-/// Calls visit(row, contexts of both sides) for every vector of a row.
-template <class Visit>
-HWY_INLINE void EachVector(RowList& list, ContactBodies& bodies, const RowGroup& group,
-                           std::size_t row, const Visit& visit) {
-  const std::size_t k = row - group.first;
-  for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
-    visit(i, SideContext{&bodies, &list, group.first_side_a + k, i},
-          SideContext{&bodies, &list, group.first_side_b + k, i});
-}
-
-/// Normals and depths at the middle of the substep; false where no lane may touch within it.
-HWY_INLINE bool Locate(ContactRow& row, const RowPlace& place, const ContactBodies& bodies,
-                       bool is_plane, std::size_t i) {
-  Column3 normal;
-  const SpherePlace* const places = bodies.places.data();
-  const std::int32_t *const a = place.sphere_a + i, *const b = place.sphere_b + i;
-  Column3 moved_a, moved_b;
-  Column reach_a, reach_b = All(0.0F), distance;
-  GetColumns([=](std::size_t k) { return places[a[k]].moved_m; }, moved_a, reach_a);
-  Column3 apart = Get(place.apart_m, i) + moved_a;
-  if (is_plane) {
-    normal = Get(row.normal, i);
-    distance = Dot(apart, normal);
-  } else {
-    GetColumns([=](std::size_t k) { return places[b[k]].moved_m; }, moved_b, reach_b);
-    apart = apart - moved_b;
-    distance = hn::Sqrt(Dot(apart, apart));
-    normal = (All(1.0F) / hn::Max(distance, All(1e-12F))) * apart;
-  }
-  const Column radii = Get(place.radii_m, i);
-  const Column depth = radii - distance;
-  const auto may_touch = hn::Or(hn::Gt(depth + reach_a + reach_b, All(0.0F)),
-                                hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)));
-  // Else the neighbours in a vector would decide whether a lane is solved.
-  Put(hn::IfThenElse(may_touch, depth, All(kApart_m)), row.depth_m, i);
-  if (hn::AllFalse(Floats(), may_touch)) return false;
-  Put(normal, row.normal, i);
-  Put(distance / hn::Max(radii, All(1e-12F)), row.lever, i);
-  return true;
-}
-
-/// Turns what friction holds with the normal, and keeps its length.
-HWY_INLINE Column3 TurnedStretch(RowPlace& place, const Column3& normal, std::size_t i) {
-  const Column3 before = Get(place.stretch_m, i);
-  const Column3 across = before - Dot(before, normal) * normal;
-  const Column was = Dot(before, before), is = hn::Max(Dot(across, across), All(1e-24F));
-  const Column3 turned = hn::Min(All(2.0F), hn::Sqrt(was / is)) * across;
-  Put(turned, place.stretch_m, i);
-  return turned;
-}
-
-/// The equations of the substep. u0, u1: normal velocities at its start and end. The mean depth is
-/// depth + (u0 - u1) h / 4, where depth is that of the middle; friction likewise.
-HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& velocity, float h,
-                             std::size_t i) {
-  const Column3 normal = Get(row.normal, i);
-  const Column depth = Get(row.depth_m, i);
-  const Column zero = All(0.0F), one = All(1.0F);
-  const Column k = Get(place.stiffness_N_per_m, i), c = Get(place.damping_N_s_per_m, i);
-  const Column mass = Get(row.normal_mass_per_kg, i);
-  const Column u0 = Dot(velocity, normal);
-  const Column start = depth + All(0.5F * h) * u0;
-  Put(All(h) * k * (depth + All(0.25F * h) * u0), row.spring_impulse_N_s, i);
-  Put(c * (depth - hn::Max(start, zero)), row.damper_impulse_N_s, i);
-  const Column spring_part = All(0.25F * h * h) * k, damper_part = All(0.5F * h) * c;
-  Put(spring_part, row.spring_slope_kg, i);
-  Put(damper_part, row.damper_slope_kg, i);
-  Put(one / (one + mass * spring_part), row.inverse_spring, i);
-  Put(one / (one + mass * (spring_part + damper_part)), row.inverse_both, i);
-  const Column3 stretch = TurnedStretch(place, normal, i), slip = velocity - u0 * normal;
-  const auto sticks = hn::Eq(Get(row.viscous_s_per_m, i), zero);
-  const Column slope = hn::IfThenElseZero(sticks, spring_part + damper_part);
-  Put(slope, row.hold_slope_kg, i);
-  Put((hn::IfThenElseZero(sticks, All(h) * k)) * stretch + slope * slip, row.held_impulse_N_s, i);
-  const Column3 drag = Get(row.friction_impulse_N_s, i);
-  Put(drag - Dot(drag, normal) * normal, row.friction_impulse_N_s, i);
-}
 
 /// Counts, for each mover, contacts that are solved at once and may push it.
 HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const RowGroup& group,
@@ -149,10 +38,6 @@ HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const 
   }
 }
 
-HWY_INLINE bool IsSolved(const ContactRow& row, std::size_t i) {
-  return !hn::AllTrue(Floats(), hn::Eq(Get(row.depth_m, i), All(kApart_m)));
-}
-
 template <class A, class B>
 HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
                            std::size_t index, float h) {
@@ -171,8 +56,9 @@ HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup&
                const Column3 normal = Get(row.normal, i);
                a.Prepare(row, place, side_a, normal, lever, kInTurn<A, B>);
                b.Prepare(row, place, side_b, normal, lever, kInTurn<A, B>);
-               SetEquations(row, place, a.AtContact(normal, lever) - b.AtContact(normal, lever), h,
-                            i);
+               SetEquations(row, place, a.AtContact(normal, lever) - b.AtContact(normal, lever),
+                            a.TurnRate(place, side_a, normal) + b.TurnRate(place, side_b, normal),
+                            h, i);
              });
 }
 
@@ -232,35 +118,11 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
              });
 }
 
-/// The normal impulse that the equations ask for, from the normal velocity without it. The damper
-/// acts where the sides approach at the end that the spring alone leads to.
-HWY_INLINE Column SolvePush(const ContactRow& row, Column velocity, std::size_t i) {
-  const Column damper_part = Get(row.damper_slope_kg, i);
-  const Column spring = Get(row.spring_impulse_N_s, i) - Get(row.spring_slope_kg, i) * velocity;
-  const Column damper = Get(row.damper_impulse_N_s, i) - damper_part * velocity;
-  const Column alone = spring * Get(row.inverse_spring, i);
-  const Column both = (spring + damper) * Get(row.inverse_both, i);
-  const Column left = damper - damper_part * Get(row.normal_mass_per_kg, i) * alone;
-  const Column push = hn::IfThenElse(hn::Gt(left, All(0.0F)), both, alone);
-  return hn::IfThenElseZero(hn::Gt(push, All(0.0F)), push);  // never a negative zero
-}
-
-/// The friction impulse that the equations ask for, from the slip without it.
-HWY_INLINE Column3 SolveDrag(const ContactRow& row, const Column3& slip, Column push,
-                             std::size_t i) {
-  const Column most = Get(row.friction, i) * push;
-  const Column slope = Get(row.hold_slope_kg, i) + most * Get(row.viscous_s_per_m, i);
-  const Column3 asked = (All(1.0F) / (All(1.0F) + Get(row.across_mass_per_kg, i) * slope)) *
-                        (Get(row.held_impulse_N_s, i) + slope * slip);
-  const Column size = hn::Sqrt(hn::Max(Dot(asked, asked), All(1e-30F)));
-  // The sum makes a negative zero a positive one, so that states are equal byte by byte.
-  return Column3{All(0.0F), All(0.0F), All(0.0F)} - hn::Min(All(1.0F), most / size) * asked;
-}
-
 template <class A, class B>
 HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
-                         std::size_t index) {
+                         std::size_t index, float substep_s) {
   ContactRow& row = list.rows[index];
+  const Column half_step = All(0.5F * substep_s);
   EachVector(
       list, bodies, group, index,
       [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
@@ -273,7 +135,8 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
         const Column lever = Get(row.lever, i);
         const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
         const Column un = Dot(u, normal), push_before = Get(row.push_impulse_N_s, i);
-        const Column push = SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, i);
+        const Column push =
+            SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, half_step, i);
         const Column3 drag_before = Get(row.friction_impulse_N_s, i);
         const Column3 slip = (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
         const Column3 drag = SolveDrag(row, slip, push, i);
@@ -283,26 +146,8 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
       });
 }
 
-/// Calls visit<A, B>(group, row) for all live rows; without in_turn_too for those of contacts that
-/// are solved at once.
-template <class Visit>
-HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward, bool in_turn_too,
-                            const Visit& visit) {
-  const std::size_t groups = list.groups.size();
-  for (std::size_t k = 0; k < groups; ++k) {
-    const std::size_t g = is_backward ? groups - 1 - k : k;
-    if (!in_turn_too && is_solved_in_turn(list.groups[g].a, list.groups[g].b)) continue;
-    const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
-    WithSides(list.groups[g], [&]<class A, class B>(A a, B b) HWY_ATTR {
-      if (is_backward)
-        for (std::size_t i = end; i-- > first;) visit(a, b, list.groups[g], live.rows[i]);
-      else
-        for (std::size_t i = first; i < end; ++i) visit(a, b, list.groups[g], live.rows[i]);
-    });
-  }
-}
-
 void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
+  live.substep_s = substep_s;
   live.rows.clear();
   live.group_end.clear();
   for (const std::int32_t mover : bodies.changed)
@@ -342,7 +187,7 @@ void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool 
                bool with_balls) {
   EachLiveRow(list, live, is_backward, with_balls,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
-                  HWY_ATTR { SolveRow<A, B>(list, bodies, group, row); });
+                  HWY_ATTR { SolveRow<A, B>(list, bodies, group, row, live.substep_s); });
   ApplyChanges(bodies);
 }
 

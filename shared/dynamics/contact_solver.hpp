@@ -21,6 +21,7 @@ namespace stillgrid::dynamics {
 
 /// Rows of a group that may touch within the substep; indices are into RowList::rows.
 struct LiveRows {
+  float substep_s = 0.0F;
   std::vector<std::uint32_t> rows;
   std::vector<std::size_t> group_end;  // one for each of RowList::groups
 };

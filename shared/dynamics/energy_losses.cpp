@@ -85,11 +85,10 @@ EnergyLosses contact_losses(const ContactRow& row, const RowPlace& place, std::s
                             double start_stretch_m2, double h) {
   const Eigen::Vector3d normal = lane_of(row.normal, lane), mean = 0.5 * (u0 + u1);
   const double k = place.stiffness_N_per_m[lane], middle_m = row.depth_m[lane];
-  const double push = row.push_impulse_N_s[lane], end_m_s = u1.dot(normal);
+  const double push = row.push_impulse_N_s[lane];
   const double start_m = std::max(0.0, middle_m + 0.5 * h * u0.dot(normal));
-  const double end_m = std::max(0.0, middle_m - 0.5 * h * end_m_s);
-  const double asked = static_cast<double>(row.damper_impulse_N_s[lane]) -
-                       static_cast<double>(row.damper_slope_kg[lane]) * end_m_s;
+  const double end_m = std::max(0.0, middle_m - 0.5 * h * u1.dot(normal));
+  const double asked = static_cast<double>(row.damper_N_s_per_m[lane]) * (end_m - start_m);
   const double damper = std::clamp(asked, 0.0, push), apart = mean.dot(normal);
   const Eigen::Vector3d drag = lane_of(row.friction_impulse_N_s, lane);
   EnergyLosses losses;

@@ -74,12 +74,12 @@ void Engine::adopt_listing() {
   other_spheres_.clear();
   for (std::size_t k = 0; k < listing_.order().size(); ++k) {
     const std::size_t s = at(listing_.order()[k]);
+    bodies_.arms[k].radius_m = static_cast<float>(description_.spheres[s].radius_m);
     if (listing_.kinds()[s] != SideKind::kBall) {
       const Description::Sphere& sphere = description_.spheres[s];
       other_spheres_.push_back({static_cast<std::int32_t>(k), sphere.rigid, sphere.node_count,
                                 sphere.nodes, sphere.weights, sphere.local_m, sphere.local_m.norm(),
                                 listing_.base()[k]});
-      bodies_.arms[k].radius_m = static_cast<float>(sphere.radius_m);
       continue;
     }
     balls_.rigid.push_back(description_.spheres[s].rigid);

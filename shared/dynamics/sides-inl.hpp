@@ -77,6 +77,16 @@ struct BallSide {
     const Column3 around = lever * Cross(spin, normal);
     return Sign > 0 ? velocity - around : velocity + around;
   }
+  /// Half of the angular velocity along the normal: the stretch of friction turns with both sides.
+  HWY_INLINE Column TurnRate(const RowPlace& place, const SideContext& context,
+                             const Column3& normal) const {
+    const std::int32_t* const index = (Sign > 0 ? place.sphere_a : place.sphere_b) + context.lane;
+    const SphereArm* const arms = context.bodies->arms.data();
+    Column3 arm;
+    Column radius;
+    GetColumns([=](std::size_t k) { return arms[index[k]].arm_m; }, arm, radius);
+    return All(0.5F) / radius * Dot(spin, normal);
+  }
   HWY_INLINE void Push(const Column3& impulse, const Column3& normal, Column lever) {
     const Column3 change = inverse_mass * impulse;
     velocity = Sign > 0 ? velocity + change : velocity - change;
@@ -121,6 +131,9 @@ struct RigidBodySide {
   }
   HWY_INLINE Column3 AtContact(const Column3&, Column) const {
     return motion.velocity + Cross(motion.spin, arm);
+  }
+  HWY_INLINE Column TurnRate(const RowPlace&, const SideContext&, const Column3& normal) const {
+    return All(0.5F) * Dot(motion.spin, normal);
   }
   HWY_INLINE void Push(const Column3& impulse, const Column3&, Column) {
     const Column3 change = motion.inverse_mass * impulse, turn = Turn(Cross(arm, impulse));
@@ -184,6 +197,9 @@ struct SoftBodySide {
     return (weight[0] * velocity[0] + weight[1] * velocity[1]) +
            (weight[2] * velocity[2] + weight[3] * velocity[3]);
   }
+  HWY_INLINE Column TurnRate(const RowPlace&, const SideContext&, const Column3&) const {
+    return All(0.0F);
+  }
   HWY_INLINE void Push(const Column3& impulse, const Column3&, Column) {
     for (int node = 0; node < 4; ++node) {
       const Column3 change = (weight[node] * inverse_mass[node]) * impulse;
@@ -205,6 +221,9 @@ struct PlaneSide {
   HWY_INLINE void AddLane(const ContactRow&, const SideContext&, std::size_t) const {}
   HWY_INLINE void Load(const ContactRow&, const SideContext&) {}
   HWY_INLINE void Store(const ContactRow&, const SideContext&) const {}
+  HWY_INLINE Column TurnRate(const RowPlace&, const SideContext&, const Column3&) const {
+    return All(0.0F);
+  }
   HWY_INLINE void Push(const Column3&, const Column3&, Column) {}
   HWY_INLINE void Prepare(ContactRow&, const RowPlace&, const SideContext&, const Column3&, Column,
                           bool) const {}

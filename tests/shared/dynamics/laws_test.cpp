@@ -40,20 +40,6 @@ Momenta momenta_of(const Engine& engine) {
   return sum;
 }
 
-/// Speed after a bounce over the speed before, of a ball that meets a plane at a given phase of
-/// the ticks.
-double bounce(double speed_m_s, double phase) {
-  EngineScene scene;
-  scene.description.materials = {{1000.0, 0.0, 0.0}};
-  scene.add_plane(Eigen::Vector3d::UnitZ(), 0.0);
-  scene.add_ball(kRadius_m, {0.0, 0.0, kRadius_m + 0.002 + speed_m_s * kTick_s * phase});
-  scene.state.rigid_velocity_m_s[0] = {0.0, 0.0, -speed_m_s};
-  Engine engine = scene.engine();
-  while (velocity_of(engine, 0).z() < 0.0 || position_of(engine, 0).z() < kRadius_m + 1e-4)
-    engine.step();
-  return velocity_of(engine, 0).z() / speed_m_s;
-}
-
 TEST_CASE("A ball at rest is as deep as its weight over the stiffness", "[dynamics]") {
   EngineScene scene;
   scene.with_gravity();
@@ -78,17 +64,6 @@ TEST_CASE("A block at rest is borne by its spheres in equal parts", "[dynamics]"
   CHECK(depth_m == Approx(0.02 * kGravity_m_s2 / 4000.0).epsilon(1e-3));
   CHECK(engine.state().orientation[0].quaternion().angularDistance(Eigen::Quaterniond::Identity()) <
         1e-5);
-}
-
-TEST_CASE("A bounce without dampers keeps its energy, whenever it falls on a tick", "[dynamics]") {
-  constexpr int kPhases = 40;
-  double energy = 0.0;
-  for (int k = 0; k < kPhases; ++k) {
-    const double ratio = bounce(0.3, k / double{kPhases});
-    CHECK(ratio == Approx(1.0).margin(0.05));
-    energy += ratio * ratio / kPhases;
-  }
-  CHECK(energy == Approx(1.0).margin(0.02));
 }
 
 TEST_CASE("Bodies that collide keep momentum, linear and angular", "[dynamics]") {

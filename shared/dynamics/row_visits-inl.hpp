@@ -1,0 +1,80 @@
+// Visits rows by the kinds of their sides; included once for every instruction set that Highway
+// knows.
+#if defined(STILLGRID_ROW_VISITS) == defined(HWY_TARGET_TOGGLE)
+#ifdef STILLGRID_ROW_VISITS
+#undef STILLGRID_ROW_VISITS
+#else
+#define STILLGRID_ROW_VISITS
+#endif
+
+#include <type_traits>
+
+#include "shared/dynamics/contact_solver.hpp"
+#include "shared/dynamics/sides-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace stillgrid::dynamics::HWY_NAMESPACE {
+
+template <class A, class B>
+constexpr bool kInTurn = std::is_same_v<A, BallSide<1>> &&
+                         (std::is_same_v<B, BallSide<-1>> || std::is_same_v<B, PlaneSide>);
+
+/// Calls visit with the types of both sides of a group.
+template <class Visit>
+HWY_INLINE void WithSides(const RowGroup& group, const Visit& visit) {
+  const auto with_b = [&](auto a) HWY_ATTR {
+    switch (group.b) {
+      case SideKind::kBall:
+        return visit(a, BallSide<-1>());
+      case SideKind::kRigid:
+        return visit(a, RigidBodySide<-1>());
+      case SideKind::kSoft:
+        return visit(a, SoftBodySide<-1>());
+      case SideKind::kPlane:
+        return visit(a, PlaneSide());
+    }
+  };
+  // Sides are listed in the order of their kinds, and no plane is side a.
+  switch (group.a) {
+    case SideKind::kBall:
+      return with_b(BallSide<1>());
+    case SideKind::kRigid:
+      return with_b(RigidBodySide<1>());
+    default:
+      return with_b(SoftBodySide<1>());
+  }
+}
+
+/// Calls visit(row, contexts of both sides) for every vector of a row.
+template <class Visit>
+HWY_INLINE void EachVector(RowList& list, ContactBodies& bodies, const RowGroup& group,
+                           std::size_t row, const Visit& visit) {
+  const std::size_t k = row - group.first;
+  for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
+    visit(i, SideContext{&bodies, &list, group.first_side_a + k, i},
+          SideContext{&bodies, &list, group.first_side_b + k, i});
+}
+
+/// Calls visit<A, B>(group, row) for all live rows; without in_turn_too for those of contacts that
+/// are solved at once.
+template <class Visit>
+HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward, bool in_turn_too,
+                            const Visit& visit) {
+  const std::size_t groups = list.groups.size();
+  for (std::size_t k = 0; k < groups; ++k) {
+    const std::size_t g = is_backward ? groups - 1 - k : k;
+    if (!in_turn_too && is_solved_in_turn(list.groups[g].a, list.groups[g].b)) continue;
+    const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
+    WithSides(list.groups[g], [&]<class A, class B>(A a, B b) HWY_ATTR {
+      if (is_backward)
+        for (std::size_t i = end; i-- > first;) visit(a, b, list.groups[g], live.rows[i]);
+      else
+        for (std::size_t i = first; i < end; ++i) visit(a, b, list.groups[g], live.rows[i]);
+    });
+  }
+}
+
+}  // namespace stillgrid::dynamics::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
