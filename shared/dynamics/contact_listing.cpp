@@ -163,9 +163,12 @@ void ContactListing::order_movers() {
     rigid_order_.push_back(rigid);
   };
   for (const std::int32_t s : order_)
-    if (kinds_[at(s)] == SideKind::kBall) add(description_.spheres[at(s)].rigid);
+    if (kinds_[at(s)] == SideKind::kBall && !sleeps(s)) add(description_.spheres[at(s)].rigid);
   for (const std::int32_t s : order_)
-    if (kinds_[at(s)] == SideKind::kRigid) add(description_.spheres[at(s)].rigid);
+    if (kinds_[at(s)] == SideKind::kRigid && !sleeps(s)) add(description_.spheres[at(s)].rigid);
+  for (std::size_t r = 0; r < mover_of_rigid_.size(); ++r)
+    if (rigid_sleeps_.empty() || rigid_sleeps_[r] == 0) add(static_cast<std::int32_t>(r));
+  rigid_awake_ = rigid_order_.size();
   for (std::size_t r = 0; r < mover_of_rigid_.size(); ++r) add(static_cast<std::int32_t>(r));
 }
 
@@ -212,6 +215,7 @@ void ContactListing::gather() {
   for (auto& group : candidates_) group.clear();
   for (const NearPair& pair : pairs_.pairs()) {
     std::int32_t a = pair.first, b = pair.second;
+    if (is_still(order_[at(a)]) && is_still(order_[at(b)])) continue;
     if (!may_collide(a, b)) continue;
     if (near_spheres_[at(a)].kind > near_spheres_[at(b)].kind) std::swap(a, b);
     const NearSphere &near_a = near_spheres_[at(a)], &near_b = near_spheres_[at(b)];
@@ -222,7 +226,7 @@ void ContactListing::gather() {
   }
   for (std::int32_t place = 0; place < static_cast<std::int32_t>(here_.size()); ++place) {
     const NearSphere& sphere = near_spheres_[at(place)];
-    if (sphere.is_driven) continue;
+    if (sphere.is_driven || sleeps(order_[at(place)])) continue;
     const Vector4& base = base_[at(place)];
     for (std::size_t p = 0; p < description_.planes.size(); ++p) {
       const Description::Plane& plane = description_.planes[p];
@@ -297,6 +301,9 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   pack();
   derive();
   recall();
+  list_sleeper_lanes();
+  if (is_sleep_new_) keep_sleeping();
+  is_sleep_new_ = false;
 }
 
 }  // namespace stillgrid::dynamics

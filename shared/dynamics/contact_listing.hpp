@@ -34,7 +34,26 @@ class ContactListing {
   /// Lists contacts anew, with the history that they have in the listing before. tick_s: the time
   /// after which it is asked for again. Realtime: allocates where there are more than ever before.
   void list(const SceneState& state, double tick_s);
+  /// Spheres and rigid bodies that sleep, from the next listing on; must outlive this. Contacts of
+  /// sleeping spheres with each other, with planes and with fixtures are not listed, but their
+  /// history is kept.
+  void set_sleeping(std::span<const std::uint8_t> spheres,
+                    std::span<const std::uint8_t> rigid_bodies) {
+    sleeps_ = spheres;
+    rigid_sleeps_ = rigid_bodies;
+    is_sleep_new_ = true;
+  }
 
+  /// History of a contact that sleeps, of two spheres or of a sphere and a plane counted behind the
+  /// spheres, smaller first. It acts on the first.
+  struct SleepingContact {
+    std::int32_t first, second;
+    ContactHistory history;
+  };
+  /// A lane of rows().
+  struct Lane {
+    std::uint32_t row, lane;
+  };
   /// Everything that list() computed, for a saved state; and back. The listing then continues to
   /// the bit.
   struct Saved {
@@ -44,14 +63,14 @@ class ContactListing {
     std::vector<std::int32_t> sphere_a, sphere_b;  // lanes: places in order, -1 if unused
     std::vector<FieldBase> field_base;
     std::vector<ContactHistory> history;  // lanes
+    std::vector<SleepingContact> sleeping;
   };
-  void save(Saved& saved) const;
-  /// Throws std::invalid_argument where the numbers cannot be a listing of this Description.
-  /// The listing then stays as it is.
-  void load(const Saved& saved);
-
-  /// Forgets all contacts, and their history with them.
-  void clear();
+  void save(Saved& saved, bool is_stale) const;
+  /// Throws std::invalid_argument where the numbers cannot be a listing of this Description. Only
+  /// contacts that sleep are checked of a stale one.
+  void check(const Saved& saved, bool is_stale) const;
+  /// Pre: check(). A stale listing has no contacts but those that sleep.
+  void load(const Saved& saved, bool is_stale);
 
   [[nodiscard]] RowList& rows() noexcept { return rows_; }
   [[nodiscard]] const RowList& rows() const noexcept { return rows_; }
@@ -77,6 +96,16 @@ class ContactListing {
   [[nodiscard]] std::span<const FieldLane> field_lanes() const noexcept { return field_lanes_; }
   /// Poses of fields at the last listing.
   [[nodiscard]] std::span<const FieldBase> field_base() const noexcept { return field_base_; }
+  /// Lanes of contacts of which one sphere sleeps.
+  [[nodiscard]] std::span<const Lane> sleeper_lanes() const noexcept { return sleeper_lanes_; }
+  [[nodiscard]] std::span<const SleepingContact> sleeping_contacts() const noexcept {
+    return sleeping_contacts_;
+  }
+  /// Stiffness of the contact of two spheres without tools, or of a sphere and a plane counted
+  /// behind the spheres, N/m.
+  [[nodiscard]] double stiffness_N_per_m(std::int32_t first, std::int32_t second) const;
+  /// Rigid bodies of rigid_order() that are awake: the first ones.
+  [[nodiscard]] std::size_t rigid_awake() const noexcept { return rigid_awake_; }
   [[nodiscard]] std::size_t listings() const noexcept { return listings_; }
 
  private:
@@ -123,10 +152,16 @@ class ContactListing {
   [[nodiscard]] bool may_meet_field(std::int32_t place, std::int32_t field) const;
   /// Side b of a lane that is no plane, as a Candidate has it.
   [[nodiscard]] std::int32_t listed_other(std::int32_t sphere_b) const;
-  void check(const Saved& saved) const;
+  void check_rows(const Saved& saved) const;
   [[nodiscard]] PairConstants constants_of(const NearSphere& a, const NearSphere& b) const;
   [[nodiscard]] bool may_collide(std::int32_t place, std::int32_t other) const;
   [[nodiscard]] std::size_t movers_of(std::int32_t place, std::int32_t* movers) const;
+  [[nodiscard]] bool sleeps(std::int32_t sphere) const {
+    return !sleeps_.empty() && sleeps_[static_cast<std::size_t>(sphere)] != 0;
+  }
+  [[nodiscard]] bool is_still(std::int32_t number) const;
+  void keep_sleeping();
+  void list_sleeper_lanes();
   void remember();
   void recall();
   void pack();
@@ -158,7 +193,11 @@ class ContactListing {
   std::vector<FieldBase> field_base_;
   std::vector<FieldLane> field_lanes_;
   std::vector<std::int32_t> near_field_;  // places
-  std::size_t listings_ = 0;
+  std::size_t listings_ = 0, rigid_awake_ = 0;
+  std::span<const std::uint8_t> sleeps_, rigid_sleeps_;  // spheres, rigid bodies
+  std::vector<SleepingContact> sleeping_contacts_;
+  std::vector<Lane> sleeper_lanes_;
+  bool is_sleep_new_ = false;  // since the last listing
 };
 
 }  // namespace stillgrid::dynamics

@@ -49,6 +49,8 @@ void ContactListing::remember() {
             visit(key(row, lane, group.b == SideKind::kPlane), row, lane);
   };
   each([&](const Key& key, std::size_t, std::size_t) { ++first_known_[at(key.first) + 1]; });
+  if (is_sleep_new_)
+    for (const SleepingContact& contact : sleeping_contacts_) ++first_known_[at(contact.first) + 1];
   for (std::size_t s = 1; s < first_known_.size(); ++s) first_known_[s] += first_known_[s - 1];
   known_.resize(at(first_known_.back()));
   each([&](const Key& key, std::size_t row, std::size_t lane) {
@@ -56,8 +58,52 @@ void ContactListing::remember() {
     known_[at(first_known_[at(key.first)]++)] = {key.second,
                                                  key.is_reversed ? reversed(history) : history};
   });
+  if (is_sleep_new_)
+    for (const SleepingContact& contact : sleeping_contacts_)
+      known_[at(first_known_[at(contact.first)]++)] = {contact.second, contact.history};
   std::copy_backward(first_known_.begin(), first_known_.end() - 1, first_known_.end());
   first_known_.front() = 0;
+}
+
+/// Whether a sphere, or a plane counted behind the spheres, stays where it is.
+bool ContactListing::is_still(std::int32_t number) const {
+  if (at(number) >= description_.spheres.size() || sleeps(number)) return true;
+  const std::int32_t rigid = description_.spheres[at(number)].rigid;
+  return rigid >= 0 && description_.rigid_bodies[at(rigid)].is_fixture;
+}
+
+/// Keeps the history of contacts between two sides that stay.
+void ContactListing::keep_sleeping() {
+  sleeping_contacts_.clear();
+  for (std::int32_t first = 0; at(first) < description_.spheres.size(); ++first) {
+    if (!is_still(first)) continue;
+    for (std::int32_t k = first_known_[at(first)]; k < first_known_[at(first) + 1]; ++k)
+      if (is_still(known_[at(k)].second))
+        sleeping_contacts_.push_back({first, known_[at(k)].second, known_[at(k)].history});
+  }
+}
+
+void ContactListing::list_sleeper_lanes() {
+  sleeper_lanes_.clear();
+  if (sleeps_.empty()) return;
+  for (const RowGroup& group : rows_.groups) {
+    if (group.b == SideKind::kPlane) continue;
+    for (std::size_t row = group.first; row < group.end; ++row)
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+        if (is_used(row, lane) && !is_field(rows_.places[row].sphere_b[lane]) &&
+            (sleeps(order_[at(rows_.places[row].sphere_a[lane])]) ||
+             sleeps(order_[at(rows_.places[row].sphere_b[lane])])))
+          sleeper_lanes_.push_back(
+              {static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(lane)});
+  }
+}
+
+double ContactListing::stiffness_N_per_m(std::int32_t first, std::int32_t second) const {
+  const std::size_t spheres = description_.spheres.size();
+  const int a = description_.spheres[at(first)].material;
+  const int b = at(second) < spheres ? description_.spheres[at(second)].material
+                                     : description_.planes[at(second) - spheres].material;
+  return constants_[at(a) * description_.materials.size() + at(b)].stiffness_N_per_m;
 }
 
 void ContactListing::recall() {

@@ -28,7 +28,7 @@ bool is_permutation(const std::vector<std::int32_t>& numbers, std::size_t size) 
 
 }  // namespace
 
-void ContactListing::check(const Saved& saved) const {
+void ContactListing::check_rows(const Saved& saved) const {
   const std::size_t spheres = description_.spheres.size(), lanes = saved.sphere_a.size();
   require(saved.base.size() == spheres && is_permutation(saved.order, spheres));
   for (const Vector4& base : saved.base)
@@ -62,14 +62,28 @@ void ContactListing::check(const Saved& saved) const {
   require(end == lanes / kRowLanes);
 }
 
-void ContactListing::save(Saved& saved) const {
+void ContactListing::check(const Saved& saved, bool is_stale) const {
+  const std::size_t spheres = description_.spheres.size();
+  for (const SleepingContact& contact : saved.sleeping)
+    require(contact.first >= 0 && at(contact.first) < spheres && contact.second > contact.first &&
+            at(contact.second) < spheres + description_.planes.size());
+  if (!is_stale) check_rows(saved);
+}
+
+void ContactListing::save(Saved& saved, bool is_stale) const {
+  saved.base.clear();
+  saved.order.clear();
+  saved.groups.clear();
+  saved.field_base.clear();
+  saved.sphere_a.clear();
+  saved.sphere_b.clear();
+  saved.history.clear();
+  saved.sleeping = sleeping_contacts_;
+  if (is_stale) return;
   saved.base = base_;
   saved.order = order_;
   saved.groups = rows_.groups;
   saved.field_base = field_base_;
-  saved.sphere_a.clear();
-  saved.sphere_b.clear();
-  saved.history.clear();
   for (const RowGroup& group : rows_.groups)
     for (std::size_t i = kRowLanes * group.first; i < kRowLanes * group.end; ++i) {
       const std::size_t row = i / kRowLanes, lane = i % kRowLanes;
@@ -82,15 +96,17 @@ void ContactListing::save(Saved& saved) const {
     }
 }
 
-void ContactListing::clear() {
-  rows_.groups.clear();
-  rows_.rows.clear();
-  rows_.places.clear();
-  field_lanes_.clear();
-}
-
-void ContactListing::load(const Saved& saved) {
-  check(saved);
+void ContactListing::load(const Saved& saved, bool is_stale) {
+  sleeping_contacts_ = saved.sleeping;
+  is_sleep_new_ = false;
+  if (is_stale) {
+    rows_.groups.clear();
+    rows_.rows.clear();
+    rows_.places.clear();
+    field_lanes_.clear();
+    sleeper_lanes_.clear();
+    return;
+  }
   base_ = saved.base;
   order_ = saved.order;
   field_base_ = saved.field_base;
@@ -110,6 +126,7 @@ void ContactListing::load(const Saved& saved) {
   each([&](std::size_t row, std::size_t lane, std::size_t i) {
     set_history(saved.history[i], rows_.rows[row], rows_.places[row], lane);
   });
+  list_sleeper_lanes();
 }
 
 }  // namespace stillgrid::dynamics

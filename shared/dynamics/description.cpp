@@ -85,6 +85,18 @@ void validate_end(const Description& description, const Description::JointEnd& e
           "unknown rigid body of joint", i);
 }
 
+void validate_body(const Description& description, std::size_t i) {
+  const Description::Body& body = description.bodies[i];
+  const auto nodes = static_cast<int>(description.nodes.size());
+  require(body.first_node >= 0 && body.node_count >= 0 && body.first_node <= nodes &&
+              body.node_count <= nodes - body.first_node,
+          "unknown node of body", i);
+  require(
+      body.rigid < 0 || (is_index(body.rigid, description.rigid_bodies) &&
+                         !description.rigid_bodies[static_cast<std::size_t>(body.rigid)].is_driven),
+      "expected a free rigid body of body", i);
+}
+
 }  // namespace
 
 std::uint64_t fingerprint(const Description& description) {
@@ -106,10 +118,13 @@ std::uint64_t fingerprint(const Description& description) {
     }
   }
   for (const auto& rigid : description.rigid_bodies) {
-    hash.add(rigid.mass_kg, rigid.is_driven);
+    hash.add(rigid.mass_kg, rigid.is_driven, rigid.is_fixture);
     hash.add_vector(rigid.inertia_kg_m2);
   }
   for (const auto& sphere : description.spheres) add_sphere(sphere, hash);
+  for (const auto& body : description.bodies)
+    hash.add(body.first_node, body.node_count, body.rigid, body.rest_speed_m_s,
+             body.bounding_radius_m);
   for (const auto& plane : description.planes) {
     hash.add(plane.offset_m, plane.material, plane.body);
     hash.add_vector(plane.normal);
@@ -146,6 +161,9 @@ void validate(const Description& description) {
   for (std::size_t i = 0; i < description.planes.size(); ++i)
     require(is_index(description.planes[i].material, description.materials),
             "unknown material of plane", i);
+  for (std::size_t i = 0; i < description.bodies.size(); ++i) validate_body(description, i);
+  require(description.bodies.empty() || description.fields.empty(),
+          "expected no bodies that sleep in a scene with field", 0);
 }
 
 }  // namespace stillgrid::dynamics

@@ -47,6 +47,7 @@ struct Description {
     double mass_kg = 0.0;                                     // ignored where driven
     Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal axes are the body's frame
     bool is_driven = false;
+    bool is_fixture = false;  // driven, and never moves
   };
   /// A collision sphere: a fixed point of a rigid body, or a weighted sum of nodes.
   struct Sphere {
@@ -83,6 +84,14 @@ struct Description {
     int body = -1;  // see `apart`
   };
 
+  /// A body that may sleep: a free rigid body, or a run of nodes.
+  struct Body {
+    int first_node = 0, node_count = 0;
+    int rigid = -1;
+    double rest_speed_m_s = 0.0;     // at rest while all its points are slower
+    double bounding_radius_m = 0.0;  // of a rigid body: its farthest point from the centre
+  };
+
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
   std::vector<Node> nodes;
   std::vector<Spring> springs;
@@ -91,6 +100,7 @@ struct Description {
   std::vector<Sphere> spheres;
   std::vector<Plane> planes;
   std::vector<Field> fields;
+  std::vector<Body> bodies;  // others never sleep
   std::vector<collision::ContactMaterial> materials;
   std::vector<std::pair<int, int>> apart;  // bodies that never collide, smaller first, sorted
   std::vector<std::pair<int, int>> apart_spheres;  // spheres of one body, likewise

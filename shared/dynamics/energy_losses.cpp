@@ -125,7 +125,7 @@ void LossMeter::start(const SceneState& state, const RowList& list, const Contac
   if (!dampers_.springs.empty())
     table_.add_forces(state.node_position_m, state.node_velocity_m_s, node_forces_N_);
   std::fill(wrenches_.begin(), wrenches_.end(), Wrench());
-  add_joint_forces(dampers_, state, node_forces_N_, wrenches_);
+  add_joint_forces(dampers_.joints, state, node_forces_N_, wrenches_);
   node_velocity_m_s_ = state.node_velocity_m_s;
   rigid_velocity_m_s_ = state.rigid_velocity_m_s;
   angular_velocity_rad_s_ = state.angular_velocity_rad_s;

@@ -28,6 +28,7 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
+      sleep_(description_),
       springs_(description_),
       listing_(description_),
       fields_(description_),
@@ -58,11 +59,24 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   smallest_length_m_ = std::numeric_limits<double>::infinity();
   for (const double length_m : listing_.lengths_m())
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
+  const bool has_tool = std::ranges::any_of(
+      description_.spheres, [](const auto& sphere) { return sphere.tool_slip_speed_m_s > 0.0; });
+  for (const Description::Sphere& sphere : description_.spheres)
+    if (has_tool && sphere.rigid >= 0 && sphere.tool_slip_speed_m_s == 0.0) {
+      const auto& body = description_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
+      may_pass_ = may_pass_ && (!body.is_driven || body.is_fixture);
+    }
+  listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
+  awake_nodes_.reserve(description_.bodies.size() + 2);
+  awake_joints_.reserve(description_.joints.size());
+  still_at_.reserve(description_.spheres.size());
+  adopt_sleep();
 }
 
 void Engine::set_state(SceneState state) {
   state_ = std::move(state);
   is_stale_ = true;
+  is_still_known_ = false;
 }
 
 void Engine::set_gravity(const Eigen::Vector3d& gravity_m_s2) {
@@ -144,23 +158,33 @@ void Engine::divided_tick(double tick_s, int given_substeps) {
   turn_balls(balls_, state_, tick_s);
 }
 
-void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {
-  const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
-  aim_driven(driven, tick_s);
+void Engine::advance(double tick_s, int given_substeps) {
   if (!listing_holds(tick_s)) list_contacts(tick_s);
+  wake_touched(tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
-  meter_.clear();
   if (implicit_)
     implicit_tick(tick_s);
   else
     divided_tick(tick_s, given_substeps);
+}
+
+void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {
+  const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
+  aim_driven(driven, tick_s);
+  meter_.clear();
+  const bool passes_by = passes(tick_s);
+  if (!passes_by) advance(tick_s, given_substeps);
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);
   }
   ++state_.tick;
+  if (sleep_.settle(state_, listing_, bodies_, tick_s)) {
+    adopt_sleep();
+    list_contacts(tick_s);
+  }
 }
 
 }  // namespace stillgrid::dynamics

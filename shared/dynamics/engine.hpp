@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "shared/dynamics/ball_motion.hpp"
@@ -18,6 +19,7 @@
 #include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/sleep.hpp"
 #include "shared/dynamics/spectrum_bound.hpp"
 #include "shared/dynamics/spring_table.hpp"
 
@@ -91,6 +93,7 @@ class Engine {
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
   /// Before the first tick it lists contacts, which allocates.
   [[nodiscard]] double contact_energy_J() const;
+  [[nodiscard]] const Sleep& sleep() const noexcept { return sleep_; }
   /// Measures losses from the next tick on. No other result depends on it.
   void count_losses() { counts_losses_ = true; }
   /// Losses of the last tick; zero without count_losses().
@@ -134,14 +137,32 @@ class Engine {
   void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
   void implicit_part(double part_s, int halvings);
-  /// Rigid bodies that are no balls.
+  void adopt_sleep();
+  void wake_touched(double tick_s);
+  [[nodiscard]] bool passes(double tick_s);
+  [[nodiscard]] bool is_clear_of_sleepers(const Description::Sphere& sphere, double tick_s);
+  void advance(double tick_s, int given_substeps);
+  /// Rigid bodies that are awake and no balls.
   [[nodiscard]] std::span<const std::int32_t> others() const {
-    return listing_.rigid_order().subspan(balls_.rigid.size());
+    const std::size_t balls = balls_.rigid.size();
+    return listing_.rigid_order().subspan(balls, listing_.rigid_awake() - balls);
+  }
+  template <class Visit>
+  void each_awake_node(const Visit& visit) const {
+    for (const auto& [first, end] : awake_nodes_)
+      for (std::size_t i = first; i < end; ++i) visit(i);
   }
 
   Description description_;
   std::uint64_t fingerprint_;
   SceneState state_;
+  Sleep sleep_;
+  std::vector<std::pair<std::size_t, std::size_t>> awake_nodes_;  // runs: first, end
+  std::vector<Description::Joint> awake_joints_;
+  NearPairs still_;                // sleeping spheres and fixtures, while all bodies sleep
+  std::vector<Vector4> still_at_;  // their centres and radii
+  bool is_still_known_ = false;
+  bool may_pass_ = true;  // false: driven bodies may touch each other while all others sleep
   SpringTable springs_;
   ContactListing listing_;
   FieldContacts fields_;

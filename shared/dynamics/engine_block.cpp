@@ -92,7 +92,9 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(state_.tick);
   writer.add(is_stale_ ? 1 : 0);
   each_array(state_, add, add);
-  listing_.save(saved_);
+  writer.add(sleep_.saved().rested_s);
+  writer.add(sleep_.saved().island);
+  listing_.save(saved_, is_stale_);
   writer.add(saved_.base);
   writer.add(saved_.order);
   writer.add(saved_.groups);
@@ -100,6 +102,7 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(saved_.sphere_b);
   writer.add(saved_.field_base);
   writer.add(saved_.history);
+  writer.add(saved_.sleeping);
 }
 
 void Engine::load(std::span<const std::byte> block) {
@@ -113,6 +116,9 @@ void Engine::load(std::span<const std::byte> block) {
   each_array(
       state, [&](auto& values) { reader.read_as_many(values, description_.nodes.size()); },
       [&](auto& values) { reader.read_as_many(values, description_.rigid_bodies.size()); });
+  Sleep::Saved sleep;
+  reader.read_as_many(sleep.rested_s, description_.bodies.size());
+  reader.read_as_many(sleep.island, description_.bodies.size());
   reader.read(saved_.base);
   reader.read(saved_.order);
   reader.read(saved_.groups);
@@ -120,13 +126,14 @@ void Engine::load(std::span<const std::byte> block) {
   reader.read(saved_.sphere_b);
   reader.read(saved_.field_base);
   reader.read(saved_.history);
+  reader.read(saved_.sleeping);
   if (!reader.is_at_end()) throw std::invalid_argument("the block goes on behind its end");
-  if (is_stale) {
-    listing_.clear();
-  } else {
-    listing_.load(saved_);
-    adopt_listing();
-  }
+  sleep_.check(sleep);
+  listing_.check(saved_, is_stale);
+  sleep_.load(sleep);
+  adopt_sleep();
+  listing_.load(saved_, is_stale);
+  if (!is_stale) adopt_listing();
   state_ = std::move(state);
   is_stale_ = is_stale;
 }

@@ -20,8 +20,9 @@ Vector4 change_since(const Vector4& before, const float (&now)[3]) {
 }  // namespace
 
 void Engine::drift(double h) {
-  for (std::size_t i = 0; i < state_.node_position_m.size(); ++i)
-    state_.node_position_m[i] = state_.node_position_m[i] + h * state_.node_velocity_m_s[i];
+  for (const auto& [first, end] : awake_nodes_)
+    for (std::size_t i = first; i < end; ++i)
+      state_.node_position_m[i] = state_.node_position_m[i] + h * state_.node_velocity_m_s[i];
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid);
     state_.rigid_position_m[r] = state_.rigid_position_m[r] + h * state_.rigid_velocity_m_s[r];
@@ -38,8 +39,9 @@ void Engine::drift(double h) {
 }
 
 void Engine::load_movers() {
-  for (std::size_t i = 0; i < state_.node_position_m.size(); ++i)
-    set_vector(bodies_.movers[i].velocity_m_s, state_.node_velocity_m_s[i]);
+  for (const auto& [first, end] : awake_nodes_)
+    for (std::size_t i = first; i < end; ++i)
+      set_vector(bodies_.movers[i].velocity_m_s, state_.node_velocity_m_s[i]);
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
     set_vector(bodies_.movers[m].velocity_m_s, state_.rigid_velocity_m_s[r]);
@@ -55,18 +57,19 @@ void Engine::load_movers() {
 
 /// At the velocities of the state.
 void Engine::sum_forces() {
-  std::fill(forces_N_.begin(), forces_N_.end(), Vector4());
+  for (const auto& [first, end] : awake_nodes_)
+    std::fill_n(forces_N_.begin() + static_cast<std::ptrdiff_t>(first), end - first, Vector4());
   springs_.add_forces(state_.node_position_m, state_.node_velocity_m_s, forces_N_);
   std::fill(wrenches_.begin(), wrenches_.end(), Wrench());
-  add_joint_forces(description_, state_, forces_N_, wrenches_);
+  add_joint_forces(awake_joints_, state_, forces_N_, wrenches_);
 }
 
 void Engine::apply_forces(double h) {
-  for (std::size_t i = 0; i < forces_N_.size(); ++i) {
-    if (description_.nodes[i].is_pinned) continue;
+  each_awake_node([&](std::size_t i) {
+    if (description_.nodes[i].is_pinned) return;
     Vector4& velocity = state_.node_velocity_m_s[i];
     velocity = velocity + (h / description_.nodes[i].mass_kg) * forces_N_[i];
-  }
+  });
   if (wrenches_.empty()) return;
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid);
@@ -85,11 +88,11 @@ void Engine::apply_forces(double h) {
 void Engine::kick(double h, const Vector4& falls) {
   sum_forces();
   apply_forces(h);
-  for (std::size_t i = 0; i < forces_N_.size(); ++i) {
+  each_awake_node([&](std::size_t i) {
     Vector4& velocity = state_.node_velocity_m_s[i];
     if (!description_.nodes[i].is_pinned) velocity = velocity + falls;
     set_vector(bodies_.movers[i].velocity_m_s, velocity);
-  }
+  });
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
     if (driven_of_rigid_[r] >= 0) continue;
@@ -102,10 +105,10 @@ void Engine::kick(double h, const Vector4& falls) {
 
 /// Floats carry only the changes of a substep, so that velocities keep all their digits.
 void Engine::apply_impulses() {
-  for (std::size_t i = 0; i < forces_N_.size(); ++i) {
+  each_awake_node([&](std::size_t i) {
     Vector4& velocity = state_.node_velocity_m_s[i];
     velocity = velocity + change_since(velocity, bodies_.movers[i].velocity_m_s);
-  }
+  });
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid);
     if (driven_of_rigid_[r] >= 0) continue;

@@ -75,6 +75,9 @@ void Engine::adopt_listing() {
   for (std::size_t k = 0; k < listing_.order().size(); ++k) {
     const std::size_t s = at(listing_.order()[k]);
     bodies_.arms[k].radius_m = static_cast<float>(description_.spheres[s].radius_m);
+    ways_m_[k] = 0.0F;
+    bodies_.places[k] = {};
+    if (sleep_.spheres()[s] != 0) continue;
     if (listing_.kinds()[s] != SideKind::kBall) {
       const Description::Sphere& sphere = description_.spheres[s];
       other_spheres_.push_back({static_cast<std::int32_t>(k), sphere.rigid, sphere.node_count,
@@ -90,12 +93,17 @@ void Engine::adopt_listing() {
   for (std::size_t i = 0; i < nodes; ++i) {
     const Description::Node& node = description_.nodes[i];
     bodies_.movers[i].inverse_mass_per_kg =
-        node.is_pinned ? 0.0F : static_cast<float>(1.0 / node.mass_kg);
+        node.is_pinned || sleep_.nodes()[i] != 0 ? 0.0F : static_cast<float>(1.0 / node.mass_kg);
+    if (sleep_.nodes()[i] != 0) set_vector(bodies_.movers[i].velocity_m_s, {});
   }
   for (std::size_t k = 0; k < listing_.rigid_order().size(); ++k) {
     const Description::Rigid& body = description_.rigid_bodies[at(listing_.rigid_order()[k])];
-    bodies_.movers[nodes + k].inverse_mass_per_kg =
-        body.is_driven ? 0.0F : static_cast<float>(1.0 / body.mass_kg);
+    bodies_.movers[nodes + k].inverse_mass_per_kg = body.is_driven || k >= listing_.rigid_awake()
+                                                        ? 0.0F
+                                                        : static_cast<float>(1.0 / body.mass_kg);
+    if (k >= listing_.rigid_awake())
+      for (auto* of : {&bodies_.movers[nodes + k].velocity_m_s, &bodies_.movers[nodes + k].spin})
+        set_vector(*of, {});
     bodies_.inverse_inertias[nodes + k] = {};
   }
 }

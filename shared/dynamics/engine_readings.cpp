@@ -18,6 +18,23 @@ void each_contact(const RowList& list, const Visit& visit) {
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) visit(group, row, lane);
 }
 
+double square_of(double x, double y, double z) {
+  return x * x + y * y + z * z;
+}
+
+/// Depth of a contact of two spheres, or of a sphere and a plane counted behind the spheres.
+double depth_of_m(const Description& description, const SceneState& state, std::int32_t first,
+                  std::int32_t second) {
+  const Description::Sphere& a = description.spheres[at(first)];
+  const Eigen::Vector3d centre = sphere_position_m(a, state).vector();
+  if (at(second) >= description.spheres.size()) {
+    const Description::Plane& plane = description.planes[at(second) - description.spheres.size()];
+    return a.radius_m - (plane.normal.dot(centre) - plane.offset_m);
+  }
+  const Description::Sphere& b = description.spheres[at(second)];
+  return a.radius_m + b.radius_m - (centre - sphere_position_m(b, state).vector()).norm();
+}
+
 }  // namespace
 
 int Engine::touching() const {
@@ -30,7 +47,8 @@ int Engine::touching() const {
 }
 
 double Engine::contact_energy_J() const {
-  if (!is_stale_) return energy_of_contacts_J(listing_, -1);
+  // Where all bodies sleep, no listing follows the driven bodies.
+  if (!is_stale_ || sleep_.sleeping() > 0) return energy_of_contacts_J(listing_, -1);
   ContactListing listing(description_);
   listing.list(state_, kTick_s);
   return energy_of_contacts_J(listing, -1);
@@ -39,37 +57,35 @@ double Engine::contact_energy_J() const {
 /// Of all listed contacts, or of those of one rigid body.
 double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) const {
   double sum_J = fields_.energy_J(listing, state_, rigid);
-  const auto sphere_at = [&](std::int32_t place) -> const Description::Sphere& {
-    return description_.spheres[at(listing.order()[at(place)])];
+  const auto spheres = static_cast<std::int32_t>(description_.spheres.size());
+  const auto add = [&](std::int32_t first, std::int32_t second, double stiffness_N_per_m,
+                       double stretch_square_m2) {
+    const bool is_plane = second >= spheres;
+    const int a = description_.spheres[at(first)].rigid;
+    const int b = is_plane ? -1 : description_.spheres[at(second)].rigid;
+    const auto is_driven = [&](int r) {
+      return r >= 0 && description_.rigid_bodies[at(r)].is_driven;
+    };
+    // No energy of the scene is between two driven bodies.
+    if ((rigid >= 0 && a != rigid && b != rigid) || (is_driven(a) && is_driven(b))) return;
+    const double depth_m = std::max(0.0, depth_of_m(description_, state_, first, second));
+    sum_J += 0.5 * stiffness_N_per_m * (depth_m * depth_m + stretch_square_m2);
   };
   each_contact(listing.rows(), [&](const RowGroup& group, std::size_t row, std::size_t lane) {
     const RowPlace& place = listing.rows().places[row];
     if (place.stiffness_N_per_m[lane] == 0.0F) return;  // an unused lane
     const bool is_plane = group.b == SideKind::kPlane;
-    if (!is_plane && listing.is_field(place.sphere_b[lane])) return;  // a field
-    const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
-    const Eigen::Vector3d centre = sphere_position_m(a, state_).vector();
-    bool is_meant = rigid < 0 || a.rigid == rigid;
-    double depth_m = a.radius_m;
-    if (is_plane) {
-      const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
-      depth_m -= plane.normal.dot(centre) - plane.offset_m;
-    } else {
-      const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
-      depth_m += b.radius_m - (centre - sphere_position_m(b, state_).vector()).norm();
-      is_meant = is_meant || b.rigid == rigid;
-      // No energy of the scene is between two driven bodies.
-      const auto is_driven = [&](int r) {
-        return r >= 0 && description_.rigid_bodies[at(r)].is_driven;
-      };
-      if (is_driven(a.rigid) && is_driven(b.rigid)) return;
-    }
-    if (!is_meant) return;
-    double square = std::max(0.0, depth_m) * std::max(0.0, depth_m);
-    for (const RowFloats& stretch : place.stretch_m)
-      square += static_cast<double>(stretch[lane]) * static_cast<double>(stretch[lane]);
-    sum_J += 0.5 * static_cast<double>(place.stiffness_N_per_m[lane]) * square;
+    const std::int32_t b = place.sphere_b[lane];
+    if (!is_plane && listing.is_field(b)) return;  // a field
+    add(listing.order()[at(place.sphere_a[lane])], is_plane ? spheres + b : listing.order()[at(b)],
+        static_cast<double>(place.stiffness_N_per_m[lane]),
+        square_of(place.stretch_m[0][lane], place.stretch_m[1][lane], place.stretch_m[2][lane]));
   });
+  for (const ContactListing::SleepingContact& contact : listing.sleeping_contacts()) {
+    const auto& stretch = contact.history.stretch_m;
+    add(contact.first, contact.second, listing.stiffness_N_per_m(contact.first, contact.second),
+        square_of(stretch[0], stretch[1], stretch[2]));
+  }
   return sum_J;
 }
 

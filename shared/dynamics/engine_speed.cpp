@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "shared/dynamics/engine.hpp"
+#include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -15,13 +16,6 @@ constexpr int kMostSubsteps = 64;
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
-}
-
-/// Least distance of two points, the first of which moves by way_m relative to the second.
-double least_distance_m(const Eigen::Vector3d& apart_m, const Eigen::Vector3d& way_m) {
-  const double share =
-      std::clamp(-apart_m.dot(way_m) / std::max(way_m.squaredNorm(), 1e-300), 0.0, 1.0);
-  return (apart_m + share * way_m).norm();
 }
 
 }  // namespace

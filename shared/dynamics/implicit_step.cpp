@@ -43,6 +43,19 @@ ImplicitStep::ImplicitStep(const Description& description, double tolerance_m_s)
     if (!description.rigid_bodies[r].is_driven) bodies_.push_back(r);
 }
 
+void ImplicitStep::leave_out(std::span<const std::uint8_t> sleeping_nodes,
+                             std::span<const std::uint8_t> sleeping_rigid_bodies) {
+  nodes_.clear();
+  bodies_.clear();
+  for (std::size_t i = 0; i < sleeping_nodes.size(); ++i)
+    if (!description_.nodes[i].is_pinned && sleeping_nodes[i] == 0) nodes_.push_back(i);
+  for (std::size_t r = 0; r < sleeping_rigid_bodies.size(); ++r)
+    if (!description_.rigid_bodies[r].is_driven && sleeping_rigid_bodies[r] == 0)
+      bodies_.push_back(r);
+  for (Motions* all : {&residual_, &wanted_, &change_})
+    std::fill(all->begin(), all->end(), Vector4());
+}
+
 void ImplicitStep::start(const SceneState& state, double step_s) {
   poses_.start(state, step_s);
   std::fill(velocities_.begin(), velocities_.end(), Vector4());
@@ -229,7 +242,9 @@ void ImplicitStep::finish(SceneState& state, RowList& rows) const {
   write_velocities(state);
   state.node_position_m = poses_.to().node_position_m;
   state.rigid_position_m = poses_.to().rigid_position_m;
-  state.orientation = poses_.to().orientation;
+  for (std::size_t r = 0; r < state.orientation.size(); ++r)
+    if (!velocities_[poses_.spin(r)].vector().isZero(0.0))  // else rounding would turn it
+      state.orientation[r] = poses_.to().orientation[r];
   contacts_.write(rows);
 }
 

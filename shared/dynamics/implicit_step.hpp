@@ -38,6 +38,9 @@ class ImplicitStep {
  public:
   ImplicitStep(const Description& description, double tolerance_m_s);
 
+  /// Leaves nodes and rigid bodies that sleep where they are. Realtime: yes.
+  void leave_out(std::span<const std::uint8_t> sleeping_nodes,
+                 std::span<const std::uint8_t> sleeping_rigid_bodies);
   /// Begins a step from a state, with the velocities of its start as the first guess.
   void start(const SceneState& state, double step_s);
   /// Whether the guess or solution passes through a body, or leaves the listing; after restart().

@@ -24,9 +24,9 @@ EndMotion motion_of(const Description::JointEnd& end, const SceneState& state) {
 
 }  // namespace
 
-void add_joint_forces(const Description& description, const SceneState& state,
+void add_joint_forces(std::span<const Description::Joint> joints, const SceneState& state,
                       std::span<Vector4> node_forces_N, std::span<Wrench> rigid_wrenches) {
-  for (const Description::Joint& joint : description.joints) {
+  for (const Description::Joint& joint : joints) {
     const EndMotion a = motion_of(joint.a, state), b = motion_of(joint.b, state);
     const Eigen::Vector3d arm_b = a.centre_m + a.arm_m - b.centre_m, line = arm_b - b.arm_m;
     const Eigen::Vector3d velocity =

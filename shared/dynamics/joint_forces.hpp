@@ -13,10 +13,10 @@ struct Wrench {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero(), torque_N_m = Eigen::Vector3d::Zero();
 };
 
-/// Adds the forces of all joints and their dampers to nodes and rigid bodies, in the order of the
+/// Adds the forces of joints and their dampers to nodes and rigid bodies, in the order of the
 /// state. Both ends are pulled at the place of end a, so that momentum is kept to rounding.
 /// Realtime: never allocates, locks or throws.
-void add_joint_forces(const Description& description, const SceneState& state,
+void add_joint_forces(std::span<const Description::Joint> joints, const SceneState& state,
                       std::span<Vector4> node_forces_N, std::span<Wrench> rigid_wrenches);
 
 }  // namespace stillgrid::dynamics

@@ -159,9 +159,13 @@ void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
   cells_.start.front() = 0;
 }
 
-void NearPairs::find(std::span<const Vector4> balls) {
+void NearPairs::arrange(std::span<const Vector4> balls) {
   choose_grid(balls);
   sort_into_cells(balls);
+}
+
+void NearPairs::find(std::span<const Vector4> balls) {
+  arrange(balls);
   const std::size_t n = balls.size(), padded = n + kPadding;
   for (auto* values : {&cells_.x, &cells_.y, &cells_.z, &cells_.radius}) values->resize(padded);
   double extent = 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -29,6 +30,12 @@ class NearPairs {
 
   /// The numbers of the balls in the order of cells, of the last find().
   [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
+  /// Sorts balls without finding pairs, for each_near().
+  void arrange(std::span<const Vector4> balls);
+  /// Calls visit(index) for all balls of the last find() or arrange() that may overlap a ball, and
+  /// for some that do not. Realtime: yes.
+  template <class Visit>
+  void each_near(const Vector4& ball, const Visit& visit) const;
   /// Pairs of places in order(), ascending in `first`.
   [[nodiscard]] std::span<const NearPair> pairs() const noexcept { return pairs_; }
 
@@ -50,5 +57,26 @@ class NearPairs {
   std::vector<std::int32_t> order_, next_;
   std::vector<NearPair> pairs_;
 };
+
+template <class Visit>
+void NearPairs::each_near(const Vector4& ball, const Visit& visit) const {
+  if (order_.empty()) return;
+  const double reach_m = ball.w + 0.5 * width_m_;  // no ball is wider than a cell
+  const std::array<double, 3> centre_m{ball.x, ball.y, ball.z};
+  std::array<int, 3> first{}, last{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    first[k] = cell_along(centre_m[k] - reach_m, k);
+    last[k] = cell_along(centre_m[k] + reach_m, k);
+  }
+  const auto& count = cells_.count;
+  for (int i = first[0]; i <= last[0]; ++i)
+    for (int j = first[1]; j <= last[1]; ++j) {
+      const auto row = static_cast<std::size_t>((i * count[1] + j) * count[2]);
+      const auto from = cells_.start[row + static_cast<std::size_t>(first[2])];
+      const auto end = cells_.start[row + static_cast<std::size_t>(last[2]) + 1];
+      for (std::int32_t place = from; place < end; ++place)
+        visit(order_[static_cast<std::size_t>(place)]);
+    }
+}
 
 }  // namespace stillgrid::dynamics

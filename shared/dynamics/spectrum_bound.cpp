@@ -23,8 +23,7 @@ double inverse_mass_per_kg(const Description& description, const Description::Jo
     return node.is_pinned ? 0.0 : 1.0 / node.mass_kg;
   }
   if (end.rigid < 0) return 0.0;
-  const Description::Rigid& body =
-      description.rigid_bodies[static_cast<std::size_t>(end.rigid)];
+  const Description::Rigid& body = description.rigid_bodies[static_cast<std::size_t>(end.rigid)];
   if (body.is_driven) return 0.0;
   return 1.0 / body.mass_kg + end.point_m.squaredNorm() / body.inertia_kg_m2.minCoeff();
 }
@@ -48,8 +47,7 @@ SpectrumBound spectrum_bound(const Description& description) {
     add_to(b, of_b);
   };
   for (const Description::Spring& spring : description.springs)
-    add({.node = spring.a}, {.node = spring.b}, spring.stiffness_N_per_m,
-        spring.damping_N_s_per_m);
+    add({.node = spring.a}, {.node = spring.b}, spring.stiffness_N_per_m, spring.damping_N_s_per_m);
   for (const Description::Joint& joint : description.joints)
     add(joint.a, joint.b, joint.stiffness_N_per_m, joint.damping_N_s_per_m);
   Rates most;

@@ -37,10 +37,10 @@ HWY_INLINE void PutDoubles(DoubleColumn x, DoubleColumn y, DoubleColumn z, Vecto
 }
 
 /// Force along a spring: (k (1 - rest / length) + c (d . u) / length^2) d, on node a.
-void AddSpringForces(const SpringTable::Arrays& springs, const Vector4* position_m,
-                     const Vector4* velocity_m_s, Vector4* forces_N) {
+void AddSpringForces(const SpringTable::Arrays& springs, std::size_t count,
+                     const Vector4* position_m, const Vector4* velocity_m_s, Vector4* forces_N) {
   const Doubles d;
-  for (std::size_t i = 0; i < springs.a.size(); i += kDoubleLanes) {
+  for (std::size_t i = 0; i < count; i += kDoubleLanes) {
     Vector4 apart[kDoubleLanes], opens[kDoubleLanes];
     for (std::size_t lane = 0; lane < kDoubleLanes; ++lane) {
       const auto a = static_cast<std::size_t>(springs.a[i + lane]);
@@ -75,8 +75,11 @@ namespace stillgrid::dynamics {
 
 HWY_EXPORT(AddSpringForces);
 
+namespace {
+constexpr std::size_t kPadding = 4;  // lanes of the widest vector
+}
+
 SpringTable::SpringTable(const Description& description) {
-  constexpr std::size_t kPadding = 4;  // lanes of the widest vector
   std::vector<Description::Spring> springs = description.springs;
   while (springs.size() % kPadding != 0) springs.emplace_back();
   for (const Description::Spring& spring : springs) {
@@ -86,13 +89,32 @@ SpringTable::SpringTable(const Description& description) {
     arrays_.stiffness_N_per_m.push_back(spring.stiffness_N_per_m);
     arrays_.damping_N_s_per_m.push_back(spring.damping_N_s_per_m);
   }
+  all_ = arrays_;
+  used_ = arrays_.a.size();
+}
+
+void SpringTable::leave_out(std::span<const std::uint8_t> sleeping_nodes) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < all_.a.size(); ++i) {
+    if (sleeping_nodes[static_cast<std::size_t>(all_.a[i])] != 0) continue;
+    arrays_.a[kept] = all_.a[i];
+    arrays_.b[kept] = all_.b[i];
+    arrays_.rest_m[kept] = all_.rest_m[i];
+    arrays_.stiffness_N_per_m[kept] = all_.stiffness_N_per_m[i];
+    arrays_.damping_N_s_per_m[kept++] = all_.damping_N_s_per_m[i];
+  }
+  used_ = (kept + kPadding - 1) / kPadding * kPadding;
+  for (; kept < used_; ++kept) {
+    arrays_.a[kept] = arrays_.b[kept] = 0;
+    arrays_.stiffness_N_per_m[kept] = arrays_.damping_N_s_per_m[kept] = 0.0;
+  }
 }
 
 void SpringTable::add_forces(std::span<const Vector4> position_m,
                              std::span<const Vector4> velocity_m_s,
                              std::span<Vector4> forces_N) const {
   HWY_DYNAMIC_DISPATCH(AddSpringForces)
-  (arrays_, position_m.data(), velocity_m_s.data(), forces_N.data());
+  (arrays_, used_, position_m.data(), velocity_m_s.data(), forces_N.data());
 }
 
 }  // namespace stillgrid::dynamics

@@ -14,6 +14,9 @@ class SpringTable {
  public:
   explicit SpringTable(const Description& description);
 
+  /// Leaves out springs whose first node sleeps. Realtime: yes.
+  void leave_out(std::span<const std::uint8_t> sleeping_nodes);
+
   /// Adds the forces of all springs and their dampers to forces_N, in the order of nodes.
   /// Deterministic to the bit on every instruction set. Realtime: never allocates, locks or throws.
   void add_forces(std::span<const Vector4> position_m, std::span<const Vector4> velocity_m_s,
@@ -26,7 +29,8 @@ class SpringTable {
   };
 
  private:
-  Arrays arrays_;
+  Arrays all_, arrays_;
+  std::size_t used_;  // of arrays_
 };
 
 }  // namespace stillgrid::dynamics

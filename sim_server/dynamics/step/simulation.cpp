@@ -69,7 +69,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       end_(world_.spheres.size()) {
   for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
   if (scene::is_explicit(method_.integrator)) {
-    ticked_.emplace(world_, scene::hands_of(scene));
+    ticked_.emplace(world_, scene::hands_of(scene), scene.sleeping);
   } else {
     integrator_ = make_integrator(method_);
     traits_ = integrator_->traits();
@@ -408,7 +408,7 @@ bool Simulation::wake_touched(const contact::Ways& ways) {
 
 void Simulation::note_sleep() {
   still_steps_ = 0;
-  integrator_->restart();
+  if (integrator_) integrator_->restart();
   detection_.note_sleep(world_);
   for (std::size_t i = 0; i < world_.spheres.size(); ++i)
     start_[i] = end_[i] = bodies::sphere_motion(world_, world_.spheres[i]);

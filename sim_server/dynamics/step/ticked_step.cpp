@@ -38,6 +38,7 @@ StepReport Simulation::take_ticks(Step& step) {
   const int ticks = method_.substeps > 0 ? 1 : ticks_of(step.length_s);
   const double tick_s = step.length_s / ticks;
   EnergyFlow flow;
+  bool all_slept = true;
   for (int tick = 0; tick < ticks && !report.out_of_budget; ++tick) {
     if (tick > 0) {
       const ToolSamples samples = later_samples(step);
@@ -48,11 +49,15 @@ StepReport Simulation::take_ticks(Step& step) {
     const TickedWorld::Report ticked =
         ticked_->advance(world_, {tick_s, (ticks - tick) * tick_s, method_.substeps, poses});
     flow += ticked.flow;
+    all_slept = all_slept && ticked.all_slept;
+    if (account_) account_->sleep_loss_J += ticked.sleep_loss_J;
     report.substeps += ticked.substeps;
     report.contacts = ticked.touching;
     report.out_of_budget = step.budget.is_late();  // time runs late then
   }
-  if (!ticked_->write_to(world_))
+  if (all_slept && !has_driven_)
+    ticked_->write_time(world_);
+  else if (!ticked_->write_to(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
                             " s of simulated time a position or a velocity is not finite: the step "
                             "is too long for the scene's stiffness, dampers and masses");
@@ -63,6 +68,11 @@ StepReport Simulation::take_ticks(Step& step) {
   report.solve.iterations = report.substeps;
   report.stopped = step.budget.is_stopped();
   report.integrate = std::chrono::steady_clock::now() - start;
+  if (ticked_->write_sleep(world_)) note_sleep();
+  report.sleeping_spheres = ticked_->sleeping_spheres();
+  const int enough = proto::kHistoryLength;
+  still_steps_ = all_slept && !has_driven_ ? std::min(still_steps_ + 1, enough) : 0;
+  if (still_steps_ == enough) return report;  // every snapshot of the history shows the same
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
   moving_fields_.show(world_);

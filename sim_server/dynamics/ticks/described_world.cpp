@@ -1,8 +1,10 @@
 #include "sim_server/dynamics/ticks/described_world.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "sim_server/contact/field_touch.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
 namespace stillgrid::dynamics {
@@ -75,6 +77,7 @@ void add_static(const bodies::World& world, DescribedWorld& described) {
       !world.static_spheres.empty() ||
       std::ranges::any_of(world.fields, [](const bodies::FieldBody& f) { return f.rigid < 0; });
   const int rigid = described.has_static_body ? add_rigid({}, described) : -1;
+  if (rigid >= 0) described.description.rigid_bodies.back().is_fixture = true;
   add_fields(world, rigid, described);
   for (const bodies::StaticSphere& fixed : world.static_spheres) {
     Description::Sphere sphere;
@@ -105,7 +108,41 @@ void add_tools(const bodies::World& world, std::span<const scene::Hand> hands,
   }
 }
 
+void add_sleepers(const bodies::World& world, DescribedWorld& described) {
+  for (const bodies::BodyRange& body : world.bodies) {
+    const double speed_m_s = rest_speed_m_s(world, body);
+    described.sleeper_of_body.push_back(-1);
+    if (speed_m_s == 0.0) continue;
+    described.sleeper_of_body.back() = static_cast<int>(described.description.bodies.size());
+    const double bounding_radius_m =
+        body.rigid < 0 ? 0.0
+                       : world.rigid_bodies[static_cast<std::size_t>(body.rigid)].bounding_radius_m;
+    described.description.bodies.push_back(
+        {body.first_node, body.node_count, body.rigid, speed_m_s, bounding_radius_m});
+  }
+}
+
 }  // namespace
+
+double rest_speed_m_s(const bodies::World& world, const bodies::BodyRange& body) {
+  constexpr double kRestRadii_s = 0.03, kRestSlip = 0.2;
+  const bool is_free =
+      body.node_count > 0 ||
+      (body.rigid >= 0 && world.rigid_bodies[static_cast<std::size_t>(body.rigid)].free);
+  if (!is_free || body.sphere_count == 0) return 0.0;
+  double speed_m_s = std::numeric_limits<double>::max();
+  for (int i = body.first_sphere; i < body.first_sphere + body.sphere_count; ++i) {
+    const bodies::SphereBinding& sphere = world.spheres[static_cast<std::size_t>(i)];
+    const auto material = static_cast<std::size_t>(sphere.material);
+    speed_m_s = std::min(speed_m_s, kRestSlip * world.materials[material].slip_speed_m_s);
+    // A point's radius does not depend on its body's size.
+    if (!sphere.is_field_point) speed_m_s = std::min(speed_m_s, kRestRadii_s * sphere.radius_m);
+  }
+  for (const bodies::FieldBody& field : world.fields)
+    if (&world.bodies[static_cast<std::size_t>(field.body)] == &body)
+      speed_m_s = std::min(speed_m_s, kRestRadii_s * contact::cell_m(field));
+  return speed_m_s;
+}
 
 DescribedWorld described_without_spheres(const bodies::World& world) {
   DescribedWorld described;
@@ -115,17 +152,22 @@ DescribedWorld described_without_spheres(const bodies::World& world) {
   add_deformable(world, described);
   for (const bodies::RigidBody& body : world.rigid_bodies) {
     const int rigid = add_rigid(body, described);
-    if (!body.free) described.prescribed.push_back(static_cast<std::size_t>(rigid));
+    if (body.free) continue;
+    described.prescribed.push_back(static_cast<std::size_t>(rigid));
+    described.description.rigid_bodies.back().is_fixture = !bodies::is_moved(body);
   }
   return described;
 }
 
-DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands) {
+DescribedWorld described(const bodies::World& world, std::span<const scene::Hand> hands,
+                         bool may_sleep) {
   DescribedWorld described = described_without_spheres(world);
   add_moving_spheres(world, described);
   add_static(world, described);
   add_tools(world, hands, described);
   described.description.apart_spheres = contact::SelfCollision(world).apart_spheres(world);
+  // Contacts with fields do not wake yet.
+  if (may_sleep && world.fields.empty()) add_sleepers(world, described);
   for (const auto& [a, b] : world.apart)
     if (a < b) described.description.apart.emplace_back(a, b);
   return described;

@@ -19,11 +19,16 @@ struct DescribedWorld {
   std::vector<std::size_t> prescribed;  // rigid bodies of the world, in the order of driven bodies
   bool has_static_body = false;         // behind the prescribed ones
   std::size_t hands = 0;                // driven bodies behind these
+  std::vector<int> sleeper_of_body;     // bodies of the world: index of Description::bodies, or -1
 };
 
 /// Describes a world with its hands, whose tools are away at the start. Shares its distance fields.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
-                                       std::span<const scene::Hand> hands);
+                                       std::span<const scene::Hand> hands, bool may_sleep);
+/// Speed in m/s below which a free body of the world is at rest: 3 % of its smallest sphere's
+/// radius a second, or of its field's fine cell, and at most a fifth of its material's slip speed.
+/// Zero: it never sleeps.
+[[nodiscard]] double rest_speed_m_s(const bodies::World& world, const bodies::BodyRange& body);
 
 /// The same without spheres, planes and tools: what vibrates.
 [[nodiscard]] DescribedWorld described_without_spheres(const bodies::World& world);

@@ -18,9 +18,11 @@ bool is_finite(const SceneState& state) {
 
 }  // namespace
 
-TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands)
+TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands,
+                         bool may_sleep)
     : hands_(hands.size()), time_s_(world.time_s) {
-  DescribedWorld from = described(world, hands);
+  DescribedWorld from = described(world, hands, may_sleep);
+  sleeper_of_body_ = std::move(from.sleeper_of_body);
   prescribed_ = std::move(from.prescribed);
   first_hand_ = prescribed_.size() + (from.has_static_body ? 1 : 0);
   driven_.resize(first_hand_ + hands_);
@@ -96,8 +98,7 @@ void TickedWorld::add_flow(EnergyFlow& flow) const {
     const DrivenReaction& reaction = engine_->reactions()[driven];
     const double all_J =
         reaction.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
-    flow.given_J +=
-        all_J - along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
+    flow.given_J += all_J - along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
     return all_J;
   };
   for (std::size_t hand = 0; hand < hands_ && hand < flow.tool_J.size(); ++hand)
@@ -113,9 +114,13 @@ void TickedWorld::add_flow(EnergyFlow& flow) const {
 
 TickedWorld::Report TickedWorld::advance(const bodies::World& world, const Tick& tick) {
   aim(world, tick);
+  const bool slept = engine_->sleep().all_sleep();
   engine_->step(driven_, tick.length_s, tick.substeps);
   time_s_ += tick.length_s;
-  Report report{.substeps = engine_->substeps(), .touching = engine_->touching()};
+  Report report{.substeps = engine_->substeps(),
+                .touching = engine_->touching(),
+                .sleep_loss_J = engine_->sleep().loss_J(),
+                .all_slept = slept && engine_->sleep().all_sleep()};
   add_flow(report.flow);
   return report;
 }
@@ -137,6 +142,21 @@ bool TickedWorld::write_to(bodies::World& world) const {
     if (!body.free) body.velocity_m_s = bodies::prescribed_state(body, time_s_).velocity_m_s;
   }
   return true;
+}
+
+bool TickedWorld::write_sleep(bodies::World& world) {
+  bool changed = false;
+  sleeping_spheres_ = 0;
+  for (std::size_t b = 0; b < sleeper_of_body_.size(); ++b) {
+    const int sleeper = sleeper_of_body_[b];
+    const bool sleeps =
+        sleeper >= 0 && engine_->sleep().is_sleeping(static_cast<std::size_t>(sleeper));
+    changed = changed || sleeps != world.bodies[b].is_sleeping;
+    world.bodies[b].is_sleeping = sleeps;
+    if (sleeps) sleeping_spheres_ += world.bodies[b].sphere_count;
+  }
+  if (changed) bodies::number_unknowns(world);
+  return changed;
 }
 
 }  // namespace stillgrid::dynamics

@@ -25,7 +25,7 @@ struct ToolPose {
 /// Thread: one.
 class TickedWorld {
  public:
-  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands);
+  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands, bool may_sleep);
 
   /// Takes positions, velocities and gravity from the world. Pre: it has the bodies that the
   /// constructor saw.
@@ -41,6 +41,8 @@ class TickedWorld {
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
+    double sleep_loss_J = 0.0;  // kinetic energy of all that fell asleep
+    bool all_slept = false;     // the world is as before
   };
   /// Advances by a tick. The world is the state of the last write_to(), whose prescribed bodies
   /// tell their motion.
@@ -49,6 +51,12 @@ class TickedWorld {
   /// Writes positions, velocities and the time to the world. Returns whether all are finite: else
   /// the world stays as it is.
   [[nodiscard]] bool write_to(bodies::World& world) const;
+
+  void write_time(bodies::World& world) const { world.time_s = time_s_; }
+  /// Writes who sleeps to the world. Returns whether that changed.
+  bool write_sleep(bodies::World& world);
+  /// Spheres that slept at the last write_sleep().
+  [[nodiscard]] int sleeping_spheres() const noexcept { return sleeping_spheres_; }
 
   /// Measures losses from the next tick on.
   void count_losses() { engine_->count_losses(); }
@@ -62,6 +70,8 @@ class TickedWorld {
 
   std::vector<std::size_t> prescribed_;
   std::size_t hands_, first_hand_;  // first_hand_: among driven bodies
+  std::vector<int> sleeper_of_body_;
+  int sleeping_spheres_ = 0;
   std::unique_ptr<Engine> engine_;
   double time_s_;
   std::vector<DrivenPose> driven_;  // at the end of a tick
