@@ -85,8 +85,9 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& ve
   Put(drag - Dot(drag, normal) * normal, row.friction_impulse_N_s, i);
 }
 
-/// Impulse of a contact that deepens, zero for others: the mean force of spring and damper over the
-/// way from the start to the end of the substep. end_m: depth at the end without impulse.
+/// Returns the impulse of a contact that deepens, and zero for others. Its force is the mean force
+/// of spring and damper between the start and the end of the substep. end_m: depth at the end
+/// without this impulse.
 HWY_INLINE Column DeepeningPush(const ContactRow& row, Column end_m, Column per_impulse,
                                 std::size_t i) {
   const Column zero = All(0.0F), start = Get(row.start_m, i);
@@ -122,9 +123,9 @@ HWY_INLINE Column SolvePush(const ContactRow& row, Column velocity, Column half_
   const auto touched = hn::Gt(start, zero), leaves = hn::And(touched, hn::Lt(end, zero));
   if (!hn::AllFalse(Floats(), leaves)) {
     const Column away = start - end_m;
-    const Column way =
+    const Column recedes =
         All(0.5F) * (away + hn::Sqrt(away * away + All(4.0F) * spring_part * start * start));
-    alone = hn::IfThenElse(leaves, spring * start * start / hn::Max(way, All(1e-12F)), alone);
+    alone = hn::IfThenElse(leaves, spring * start * start / hn::Max(recedes, All(1e-12F)), alone);
   }
   const Column deepening = DeepeningPush(row, end_m, per_impulse, i);
   return hn::IfThenElse(hn::Gt(deepening, zero), deepening, hn::IfThenElseZero(touched, alone));
