@@ -43,6 +43,8 @@ class LossMeter {
   /// Sums since the last clear().
   [[nodiscard]] const EnergyLosses& losses() const noexcept { return losses_; }
   void clear() { losses_ = {}; }
+  /// Adds losses that were measured elsewhere.
+  void add(const EnergyLosses& more) { losses_ += more; }
 
  private:
   /// A lane of a live row at the start of a substep.

@@ -136,6 +136,7 @@ class Engine {
   void divided_tick(double tick_s, int given_substeps);
   void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
+  void note_implicit_reactions();
   void implicit_part(double part_s, int halvings);
   void adopt_sleep();
   void wake_touched(double tick_s);

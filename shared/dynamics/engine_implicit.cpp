@@ -15,6 +15,7 @@ constexpr int kListings = 3;         // of one part, as its solution moves on
 void Engine::implicit_tick(double tick_s) {
   solve_ = {};
   implicit_part(tick_s, kHalvings);
+  substeps_ = solve_.parts;
 }
 
 /// Solves for the end of a part. False if something would pass through a body.
@@ -36,6 +37,27 @@ bool Engine::solve_part(double h) {
   }
 }
 
+void Engine::note_implicit_reactions() {
+  for (std::size_t k = 0; k < driven_.size(); ++k) {
+    reactions_[k].impulse_N_s += implicit_->impulse_N_s(driven_[k]);
+    reactions_[k].moment_N_m_s += implicit_->moment_N_m_s(driven_[k]);
+  }
+  const auto driven_of = [&](const ActedPoint& point) {
+    return point.rigid < 0 ? -1 : driven_of_rigid_[static_cast<std::size_t>(point.rigid)];
+  };
+  for (const Coupling& contact : implicit_->contacts()) {
+    const std::int32_t a = driven_of(contact.a), b = driven_of(contact.b);
+    if (a < 0 || b < 0) continue;
+    const auto note = [&](std::int32_t driven, const ActedPoint& point, double sign) {
+      DrivenReaction& reaction = reactions_[static_cast<std::size_t>(driven)];
+      reaction.rigid_impulse_N_s += sign * contact.impulse_N_s;
+      reaction.rigid_moment_N_m_s += sign * point.arm_m.cross(contact.impulse_N_s);
+    };
+    note(a, contact.a, 1.0);
+    note(b, contact.b, -1.0);
+  }
+}
+
 /// Halves the part where it has no solution: shorter steps are nearer to their start.
 void Engine::implicit_part(double h, int halvings) {
   if (!listing_holds(h)) list_contacts(h);
@@ -49,10 +71,8 @@ void Engine::implicit_part(double h, int halvings) {
     return;
   }
   ++solve_.parts;
-  for (std::size_t k = 0; k < driven_.size(); ++k) {
-    reactions_[k].impulse_N_s += implicit_->impulse_N_s(driven_[k]);
-    reactions_[k].moment_N_m_s += implicit_->moment_N_m_s(driven_[k]);
-  }
+  note_implicit_reactions();
+  if (counts_losses_) meter_.add(implicit_->losses());
   implicit_->finish(state_, listing_.rows());
 }
 

@@ -238,4 +238,23 @@ void ImplicitContacts::write(RowList& rows) const {
   }
 }
 
+/// Friction takes the work of its force less that of its spring.
+void ImplicitContacts::add_losses(const ImplicitPoses& poses, const Motions& velocities,
+                                  EnergyLosses& losses) const {
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    const Touch& touch = touches_[k];
+    if (!couplings_[k].is_active) continue;
+    const Line line = line_of(touch);
+    const double radii = touch.radius_a_m + touch.radius_b_m;
+    const double deepens_m =
+        std::max(0.0, radii - line.after_m) - std::max(0.0, radii - line.before_m);
+    if (deepens_m > 0.0)
+      losses.contact_damping_J += touch.damping_N_s_per_m / poses.step_s() * deepens_m * deepens_m;
+    const Eigen::Vector3d slip = relative_velocity(couplings_[k], velocities, poses);
+    const Eigen::Vector3d more = touch.stretch_after_m - across(touch.stretch_m, line.normal);
+    losses.friction_J -=
+        touch.drag_N_s.dot(slip) + touch.stiffness_N_per_m * touch.stretch_after_m.dot(more);
+  }
+}
+
 }  // namespace stillgrid::dynamics

@@ -6,6 +6,7 @@
 
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_row.hpp"
+#include "shared/dynamics/energy_losses.hpp"
 #include "shared/dynamics/implicit_coupling.hpp"
 
 namespace stillgrid::dynamics {
@@ -35,6 +36,9 @@ class ImplicitContacts {
   [[nodiscard]] bool any_passes() const;
   /// Whether every sphere ends within the way that contacts were listed for.
   [[nodiscard]] bool all_within(const ContactListing& listing) const;
+  /// Adds what dampers and friction take in the step.
+  void add_losses(const ImplicitPoses& poses, const Motions& velocities,
+                  EnergyLosses& losses) const;
   /// Writes impulses and stretches to the rows of the listing.
   void write(RowList& rows) const;
 

@@ -64,4 +64,20 @@ void evaluate_joints(const Description& description, const ImplicitPoses& poses,
   }
 }
 
+double joint_damping_J(const Description& description, const ImplicitPoses& poses,
+                       const Motions& velocities, const std::vector<Coupling>& couplings) {
+  const double h = poses.step_s();
+  double sum_J = 0.0;
+  auto coupling = couplings.begin();
+  for (const Description::Joint& joint : description.joints) {
+    if (joint.rest_length_m > 0.0) continue;
+    const Eigen::Vector3d velocity = relative_velocity(*coupling, velocities, poses);
+    // The slope is that of the spring, h^2 k in all directions, and h times the damping.
+    sum_J += velocity.dot(coupling->slope_kg * velocity) -
+             h * h * joint.stiffness_N_per_m * velocity.squaredNorm();
+    ++coupling;
+  }
+  return sum_J;
+}
+
 }  // namespace stillgrid::dynamics

@@ -15,4 +15,9 @@ namespace stillgrid::dynamics {
 void evaluate_joints(const Description& description, const ImplicitPoses& poses,
                      const Motions& velocities, std::vector<Coupling>& couplings);
 
+/// Returns what dampers of joints take in the step that evaluate_joints() computed.
+[[nodiscard]] double joint_damping_J(const Description& description, const ImplicitPoses& poses,
+                                     const Motions& velocities,
+                                     const std::vector<Coupling>& couplings);
+
 }  // namespace stillgrid::dynamics

@@ -85,4 +85,14 @@ void ImplicitSprings::add_blocks(MassBlocks& blocks) const {
   }
 }
 
+double ImplicitSprings::damping_J(std::span<const Vector4> positions_m, double h) const {
+  double sum_J = 0.0;
+  for (const Spring& spring : springs_) {
+    const Vector4 line = positions_m[at(spring.b)] - positions_m[at(spring.a)];
+    const double change = std::sqrt(product(line, line)) - spring.line_m.w;
+    sum_J += spring.damping_N_s_per_m / h * change * change;
+  }
+  return sum_J;
+}
+
 }  // namespace stillgrid::dynamics

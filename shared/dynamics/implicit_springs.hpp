@@ -28,6 +28,8 @@ class ImplicitSprings {
   /// Adds the decrease of impulses by these velocities.
   void multiply(const Motions& velocities, Motions& sums) const;
   void add_blocks(MassBlocks& blocks) const;
+  /// Returns what dampers take in a step that ends at positions_m.
+  [[nodiscard]] double damping_J(std::span<const Vector4> positions_m, double step_s) const;
 
  private:
   struct Spring {

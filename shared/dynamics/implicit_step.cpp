@@ -20,6 +20,20 @@ Eigen::Matrix3d turned_inertia(const Eigen::Quaterniond& orientation,
   return axes * inertia_kg_m2.asDiagonal() * axes.transpose();
 }
 
+/// Distances of the farthest points of rigid bodies, or radii of gyration where they have none.
+std::vector<double> reaches_m(const Description& description) {
+  std::vector<double> reaches;
+  for (const Description::Rigid& body : description.rigid_bodies)
+    reaches.push_back(body.is_driven ? 0.0
+                                     : std::sqrt(body.inertia_kg_m2.maxCoeff() / body.mass_kg));
+  for (const Description::Sphere& sphere : description.spheres) {
+    if (sphere.rigid < 0) continue;
+    double& reach = reaches[static_cast<std::size_t>(sphere.rigid)];
+    reach = std::max(reach, sphere.local_m.norm() + sphere.radius_m);
+  }
+  return reaches;
+}
+
 }  // namespace
 
 ImplicitStep::ImplicitStep(const Description& description, double tolerance_m_s)
@@ -37,6 +51,7 @@ ImplicitStep::ImplicitStep(const Description& description, double tolerance_m_s)
   inverses_.rigid.resize(description.rigid_bodies.size());
   spin_masses_.resize(description.rigid_bodies.size());
   momenta_.resize(description.rigid_bodies.size());
+  reaches_m_ = reaches_m(description);
   for (std::size_t i = 0; i < description.nodes.size(); ++i)
     if (!description.nodes[i].is_pinned) nodes_.push_back(i);
   for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
@@ -178,7 +193,7 @@ void ImplicitStep::precondition(const Motions& r, Motions& out) const {
   }
 }
 
-/// Of a rotation: the speed that has the same energy as the mass's.
+/// Of a rotation: the speed at the body's farthest point.
 double ImplicitStep::residual_m_s() const {
   double sum = 0.0;
   for (const std::size_t i : nodes_)
@@ -189,7 +204,7 @@ double ImplicitStep::residual_m_s() const {
     const Eigen::Vector3d across =
         poses_.to().orientation[r].quaternion().conjugate() * residual_[poses_.spin(r)].vector();
     sum += residual_[poses_.centre(r)].vector().squaredNorm() / (body.mass_kg * body.mass_kg) +
-           across.dot(across.cwiseQuotient(body.inertia_kg_m2)) / body.mass_kg;
+           (reaches_m_[r] * across.cwiseQuotient(body.inertia_kg_m2)).squaredNorm();
   }
   const std::size_t count = nodes_.size() + 2 * bodies_.size();
   return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(3 * count));
@@ -246,6 +261,14 @@ void ImplicitStep::finish(SceneState& state, RowList& rows) const {
     if (!velocities_[poses_.spin(r)].vector().isZero(0.0))  // else rounding would turn it
       state.orientation[r] = poses_.to().orientation[r];
   contacts_.write(rows);
+}
+
+EnergyLosses ImplicitStep::losses() const {
+  EnergyLosses losses;
+  losses.spring_damping_J = springs_.damping_J(poses_.to().node_position_m, poses_.step_s()) +
+                            joint_damping_J(description_, poses_, velocities_, joints_);
+  contacts_.add_losses(poses_, velocities_, losses);
+  return losses;
 }
 
 }  // namespace stillgrid::dynamics

@@ -57,6 +57,11 @@ class ImplicitStep {
   void write_velocities(SceneState& state) const;
   /// Moves the state to the end of the step.
   void finish(SceneState& state, RowList& rows) const;
+  /// Returns what dampers and friction take in the step.
+  [[nodiscard]] EnergyLosses losses() const;
+  [[nodiscard]] const std::vector<Coupling>& contacts() const noexcept {
+    return contacts_.couplings();
+  }
   /// Impulses of all forces on a rigid body, and their moments about its centre.
   [[nodiscard]] Eigen::Vector3d impulse_N_s(std::size_t rigid) const {
     return impulses_[poses_.centre(rigid)].vector();
@@ -87,7 +92,8 @@ class ImplicitStep {
   std::vector<Eigen::Matrix3d> spin_masses_;  // inertia at the end, and how torques change
   Motions velocities_, base_, residual_, wanted_, change_, impulses_;
   std::vector<std::size_t> nodes_, bodies_;  // those that move by forces
-  std::vector<Vector4> momenta_;             // angular, of rigid bodies at the start
+  std::vector<double> reaches_m_;
+  std::vector<Vector4> momenta_;  // angular, of rigid bodies at the start
 };
 
 }  // namespace stillgrid::dynamics
