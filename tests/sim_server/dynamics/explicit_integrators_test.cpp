@@ -89,19 +89,15 @@ Tumble tumble(scene::IntegratorKind kind, int substeps) {
   return worst;
 }
 
-TEST_CASE("Over two seconds energy goes where the flow says, to first order of the substep",
+TEST_CASE("Over two seconds energy goes where the flow says",
           "[explicit_integrators]") {
   const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
-  const Balance coarse = balance_of(bustle(), 0.005, 400, explicit_method(kind, 80)),
-                fine = balance_of(bustle(), 0.005, 400, explicit_method(kind, 320));
-  CAPTURE(scene::name_of(kind));
-  CAPTURE(coarse.error_J(), fine.error_J(), fine.gained_J);
-  REQUIRE(fine.lost_J > 1.0);
-  REQUIRE(fine.given_J > 0.5);
-  CHECK(std::abs(fine.error_J()) < 0.03 * (fine.lost_J + fine.given_J));
-  CHECK(std::abs(fine.error_J()) < 0.3 * std::abs(coarse.error_J()));
-  const double limit_J = (4.0 * fine.error_J() - coarse.error_J()) / 3.0;
-  CHECK(std::abs(limit_J) < 0.005 * (fine.lost_J + fine.given_J));
+  const int substeps = GENERATE(80, 320);
+  const Balance balance = balance_of(bustle(), 0.005, 400, explicit_method(kind, substeps));
+  CAPTURE(substeps, balance.error_J(), balance.gained_J);
+  REQUIRE(balance.lost_J > 1.0);
+  REQUIRE(balance.given_J > 0.5);
+  CHECK(std::abs(balance.error_J()) < 1e-4 * (balance.lost_J + balance.given_J));
 }
 
 TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]") {
@@ -121,7 +117,7 @@ TEST_CASE(
     "[explicit_integrators]") {
   const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   const Tumble coarse = tumble(kind, 20), fine = tumble(kind, 40);
-  CHECK(fine.momentum_error < 1e-12);
+  CHECK(fine.momentum_error < 1e-10);
   CHECK(fine.energy_error < 0.004);
   CHECK(fine.energy_error < 0.5 * coarse.energy_error);  // of first order, and more at first
 }

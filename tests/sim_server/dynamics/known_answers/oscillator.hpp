@@ -26,8 +26,10 @@ inline void pull(Simulation& oscillator) {
   Simulation simulation(oscillator(damping_ratio, {.integrator = kind, .substeps = substeps}));
   pull(simulation);
   const double before_J = bodies::mechanical_energy_J(simulation.world());
-  (void)advance(simulation, substeps * substep_s, steps);
-  return bodies::mechanical_energy_J(simulation.world()) / before_J;
+  const auto growth = [&] { return bodies::mechanical_energy_J(simulation.world()) / before_J; };
+  for (int i = 0; i < steps && growth() < 1e9; ++i)
+    (void)advance(simulation, substeps * substep_s, 1);
+  return growth();
 }
 
 }  // namespace stillgrid::dynamics
