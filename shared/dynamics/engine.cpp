@@ -37,7 +37,8 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
       wrenches_(description_.joints.empty() ? 0 : description_.rigid_bodies.size()),
       driven_of_rigid_(description_.rigid_bodies.size(), -1),
       meter_(description_),
-      bound_(spectrum_bound(description_)) {
+      spring_bound_(spring_bound(description_)),
+      joint_bound_(description_) {
   for (std::size_t r = 0; r < description_.rigid_bodies.size(); ++r) {
     if (!description_.rigid_bodies[r].is_driven) continue;
     driven_of_rigid_[r] = static_cast<std::int32_t>(driven_.size());
@@ -109,8 +110,8 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
   }
 }
 
-int Engine::substeps_by_stiffness(double tick_s) const {
-  return stable_substeps(bound_, tick_s);
+int Engine::substeps_by_stiffness(double tick_s) {
+  return stable_substeps(spring_bound_ + joint_bound_(description_, state_, tick_s), tick_s);
 }
 
 void Engine::substep(double h) {

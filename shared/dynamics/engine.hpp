@@ -130,7 +130,7 @@ class Engine {
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
-  [[nodiscard]] int substeps_by_stiffness(double tick_s) const;
+  [[nodiscard]] int substeps_by_stiffness(double tick_s);
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
@@ -186,7 +186,8 @@ class Engine {
   bool is_stale_ = true;  // contacts must be listed before the next tick
   LossMeter meter_;
   bool counts_losses_ = false;
-  SpectrumBound bound_;
+  SpectrumBound spring_bound_;
+  JointBound joint_bound_;
   std::optional<ImplicitStep> implicit_;  // the method, if it is implicit
   SolveFigures solve_;
   SceneState ahead_;  // scratch
