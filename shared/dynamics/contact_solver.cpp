@@ -38,9 +38,24 @@ HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const 
   }
 }
 
+/// The mean depth and the mean rate of a substep change by h / 4 and 1 / 2 of the velocity.
+HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, std::size_t i,
+                          ContactRates& rates) {
+  const auto largest = [](Column values) {
+    return static_cast<double>(hn::GetLane(hn::MaxOfLanes(Floats(), values)));
+  };
+  // Else the neighbours in a vector would decide whether a lane counts.
+  const auto is_solved = hn::Ne(Get(row.depth_m, i), All(kApart_m));
+  const Column mass = hn::IfThenElseZero(is_solved, Get(row.normal_mass_per_kg, i));
+  rates.stiffness_per_s2 = std::max(
+      rates.stiffness_per_s2, largest(All(0.25F) * mass * Get(place.stiffness_N_per_m, i)));
+  rates.damping_per_s =
+      std::max(rates.damping_per_s, largest(All(0.5F) * mass * Get(place.damping_N_s_per_m, i)));
+}
+
 template <class A, class B>
 HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
-                           std::size_t index, float h) {
+                           std::size_t index, LiveRows& live) {
   ContactRow& row = list.rows[index];
   RowPlace& place = list.places[index];
   EachVector(list, bodies, group, index,
@@ -58,7 +73,8 @@ HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup&
                b.Prepare(row, place, side_b, normal, lever, kInTurn<A, B>);
                SetEquations(row, place, a.AtContact(normal, lever) - b.AtContact(normal, lever),
                             a.TurnRate(place, side_a, normal) + b.TurnRate(place, side_b, normal),
-                            h, i);
+                            live.substep_s, i);
+               if constexpr (!kInTurn<A, B>) NoteRates(row, place, i, live.rates);
              });
 }
 
@@ -148,6 +164,7 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
 
 void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
   live.substep_s = substep_s;
+  live.rates = {};
   live.rows.clear();
   live.group_end.clear();
   for (const std::int32_t mover : bodies.changed)
@@ -163,7 +180,7 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
         if (!is_live) continue;
         live.rows.push_back(static_cast<std::uint32_t>(row));
         if constexpr (kInTurn<A, B>)
-          PrepareRow<A, B>(list, bodies, group, row, substep_s);
+          PrepareRow<A, B>(list, bodies, group, row, live);
         else
           CountContacts(list, bodies, group, row);
       }
@@ -173,7 +190,7 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
   // Contacts that are solved at once share the masses of their movers.
   EachLiveRow(list, live, false, false,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
-                  HWY_ATTR { PrepareRow<A, B>(list, bodies, group, row, substep_s); });
+                  HWY_ATTR { PrepareRow<A, B>(list, bodies, group, row, live); });
 }
 
 void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {

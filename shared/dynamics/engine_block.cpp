@@ -1,4 +1,5 @@
 // The whole state of an engine as one block of bytes.
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
@@ -8,7 +9,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x32'6b636f6c62'6773;  // "sgblock2"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x33'6b636f6c62'6773;  // "sgblock3"; counts up with the layout
 
 template <class T>
 std::span<const std::byte> bytes_of(const T* values, std::size_t count) {
@@ -20,6 +21,7 @@ class Writer {
  public:
   explicit Writer(std::vector<std::byte>& block) : block_(block) { block_.clear(); }
   void add(std::uint64_t number) { append(bytes_of(&number, 1)); }
+  void add_rate(double rate) { append(bytes_of(&rate, 1)); }
   template <class T>
   void add(const std::vector<T>& values) {
     add(values.size());
@@ -42,6 +44,13 @@ class Reader {
   std::uint64_t number() {
     std::uint64_t value = 0;
     take(&value, 1);
+    return value;
+  }
+  double rate() {
+    double value = 0.0;
+    take(&value, 1);
+    if (!(value >= 0.0) || !std::isfinite(value))
+      throw std::invalid_argument("the block has a rate that is not a positive number");
     return value;
   }
   template <class T>
@@ -90,6 +99,8 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(kFormat);
   writer.add(fingerprint_);
   writer.add(state_.tick);
+  writer.add_rate(state_.contacts.stiffness_per_s2);
+  writer.add_rate(state_.contacts.damping_per_s);
   writer.add(is_stale_ ? 1 : 0);
   each_array(state_, add, add);
   writer.add(sleep_.saved().rested_s);
@@ -112,6 +123,7 @@ void Engine::load(std::span<const std::byte> block) {
   if (reader.number() != fingerprint_) throw std::invalid_argument("the block is of another scene");
   SceneState state;
   state.tick = reader.number();
+  state.contacts = {reader.rate(), reader.rate()};
   const bool is_stale = reader.number() != 0;
   each_array(
       state, [&](auto& values) { reader.read_as_many(values, description_.nodes.size()); },

@@ -30,10 +30,17 @@ struct alignas(32) Vector4 {
   }
 };
 
+/// How fast contacts that are solved at once change the velocities of the bodies they push: the most
+/// of all of them in a tick.
+struct ContactRates {
+  double stiffness_per_s2 = 0.0, damping_per_s = 0.0;
+};
+
 /// Positions and velocities of all nodes and rigid bodies, in SI units and the frame of the world.
 /// Arrays are in the order of Description. w is zero but in quaternions.
 struct SceneState {
   std::uint64_t tick = 0;  // ticks since the start
+  ContactRates contacts;   // of the last tick
   std::vector<Vector4> node_position_m, node_velocity_m_s;
   std::vector<Vector4> rigid_position_m, rigid_velocity_m_s;  // centre of mass
   std::vector<Vector4> orientation;                           // unit quaternions
