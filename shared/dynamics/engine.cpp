@@ -89,12 +89,18 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
 
 void Engine::set_state(SceneState state) {
   state_ = std::move(state);
+  wake_all();
+}
+
+void Engine::wake_all() {
+  sleep_.wake_all();
+  adopt_sleep();
   is_stale_ = true;
-  is_still_known_ = false;
 }
 
 void Engine::set_gravity(const Eigen::Vector3d& gravity_m_s2) {
   if (gravity_m_s2 == description_.gravity_m_s2) return;
+  wake_all();
   description_.gravity_m_s2 = gravity_m_s2;
   fingerprint_ = fingerprint(description_);
 }

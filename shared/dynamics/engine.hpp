@@ -67,7 +67,8 @@ class Engine {
   void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s,
             int given_substeps = 0);
 
-  /// Changes positions and velocities; contacts keep their friction. Pre: of this Description.
+  /// Changes positions and velocities; contacts keep their friction, and all bodies wake. Pre: of
+  /// this Description.
   void set_state(SceneState state);
   void set_gravity(const Eigen::Vector3d& gravity_m_s2);
 
@@ -138,6 +139,7 @@ class Engine {
   [[nodiscard]] bool solve_part(double part_s);
   void note_implicit_reactions();
   void implicit_part(double part_s, int halvings);
+  void wake_all();
   void adopt_sleep();
   void wake_touched(double tick_s);
   [[nodiscard]] bool passes(double tick_s);

@@ -10,7 +10,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kLookTicks = 16;  // after which islands are looked for again
+constexpr double kLook_s = 0.016;  // after which islands are looked for again
 constexpr double kJoined = 0.01;          // of the smaller radius: a gap that still joins bodies
 
 std::size_t at(std::int32_t index) {
@@ -88,7 +88,9 @@ void Sleep::load(const Saved& saved) {
 bool Sleep::settle(SceneState& state, const ContactListing& listing, const ContactBodies& bodies,
                    double tick_s) {
   loss_J_ = 0.0;
-  if (!note_speeds(state, tick_s) || state.tick % kLookTicks != 0) return false;
+  const double ticks = std::clamp(std::round(kLook_s / tick_s), 1.0, 1e6);
+  if (!note_speeds(state, tick_s) || state.tick % static_cast<std::uint64_t>(ticks) != 0)
+    return false;
   std::iota(parent_.begin(), parent_.end(), 0);
   for (std::size_t body = 0; body < parent_.size(); ++body)
     is_restless_[body] = saved_.rested_s[body] < kRest_s ? 1 : 0;
@@ -225,6 +227,12 @@ bool Sleep::wake(std::int32_t sphere) {
     mark(body, 0);
   }
   return true;
+}
+
+void Sleep::wake_all() {
+  Saved awake{std::vector<double>(saved_.rested_s.size()),
+              std::vector<std::int32_t>(saved_.island.size(), -1)};
+  load(awake);
 }
 
 bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing, double tick_s) {

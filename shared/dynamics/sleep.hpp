@@ -45,6 +45,7 @@ class Sleep {
   bool wake_touched(const SceneState& state, const ContactListing& listing, double tick_s);
   /// Wakes the island of a sphere, if it sleeps.
   bool wake(std::int32_t sphere);
+  void wake_all();
 
   [[nodiscard]] bool is_sleeping(std::size_t body) const { return saved_.island[body] >= 0; }
   [[nodiscard]] std::size_t sleeping() const noexcept { return sleeping_; }

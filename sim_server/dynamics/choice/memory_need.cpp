@@ -17,7 +17,7 @@ constexpr double kMaxSpheres = 1e6;
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
 constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 480.0, kSpringBytes = 110.0;
 // A free body may lie in a pile: pairs, rows and what sticks of up to twelve that it touches.
-constexpr double kBodyBytes = 13'500.0;
+constexpr double kBodyBytes = 5000.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
 // A point that bodies are joined at, its Jacobian too.
 constexpr double kJointBytes = 2500.0;

@@ -134,8 +134,9 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
-  /// What sticks: with the world all that another simulation of it, by whatever method, goes on
-  /// from. Pre of stick(): from a world of the same spheres.
+  /// What sticks, of implicit methods: with the world all that another simulation of it goes on
+  /// from. Velocity Verlet has none of it, and its friction begins slack. Pre of stick(): from a
+  /// world of the same spheres.
   [[nodiscard]] std::vector<ContactMemory> sticking() const;
   void stick(std::vector<ContactMemory> sticking);
 
@@ -184,6 +185,9 @@ class Simulation {
   using ToolSamples = std::array<std::optional<ToolSample>, proto::kMaxHands>;
 
   StepReport take_ticks(Step& step);
+  TickedWorld::Report run_ticks(Step& step);
+  void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
+  void show_ticks(const TickedWorld::Report& ticked);
   [[nodiscard]] std::vector<std::optional<ToolPose>> tool_poses() const;
   [[nodiscard]] ContactMemories* memories() const {
     return integrator_ ? integrator_->memories() : nullptr;

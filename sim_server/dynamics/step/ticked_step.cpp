@@ -27,56 +27,73 @@ std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
   return poses;
 }
 
-StepReport Simulation::take_ticks(Step& step) {
-  const auto start = std::chrono::steady_clock::now();
+/// Advances the engine by the ticks of a step, until the budget is spent.
+TickedWorld::Report Simulation::run_ticks(Step& step) {
   StepReport& report = step.report;
-  place_tools(step);
-  if (is_world_changed_) ticked_->read_from(world_);
-  is_world_changed_ = false;
-  if (watch_ && watch_->is_due(world_)) watch_->judge(world_, energies_now());
-  // Substeps that are given divide the step as they are asked for.
-  const int ticks = method_.substeps > 0 ? 1 : ticks_of(step.length_s);
+  // Substeps that are given divide the step as they are asked for, a tick each.
+  const int ticks = method_.substeps > 0 ? method_.substeps : ticks_of(step.length_s);
   const double tick_s = step.length_s / ticks;
-  EnergyFlow flow;
-  bool all_slept = true;
-  for (int tick = 0; tick < ticks && !report.out_of_budget; ++tick) {
+  TickedWorld::Report sum{.all_slept = true};
+  for (int tick = 0; tick < ticks && !step.budget.is_stopped() && !report.out_of_budget; ++tick) {
     if (tick > 0) {
       const ToolSamples samples = later_samples(step);
       redirect(samples, tick / static_cast<double>(ticks));
       report.note_times(samples);
     }
     const auto poses = tool_poses();
-    const TickedWorld::Report ticked =
-        ticked_->advance(world_, {tick_s, (ticks - tick) * tick_s, method_.substeps, poses});
-    flow += ticked.flow;
-    all_slept = all_slept && ticked.all_slept;
-    if (account_) account_->sleep_loss_J += ticked.sleep_loss_J;
-    report.substeps += ticked.substeps;
-    report.contacts = ticked.touching;
+    const TickedWorld::Report ticked = ticked_->advance(
+        world_, {tick_s, (ticks - tick) * tick_s, method_.substeps > 0 ? 1 : 0, poses});
+    sum.flow += ticked.flow;
+    sum.all_slept = sum.all_slept && ticked.all_slept;
+    sum.sleep_loss_J += ticked.sleep_loss_J;
+    sum.substeps += ticked.substeps;
+    sum.touching = ticked.touching;
     report.out_of_budget = step.budget.is_late();  // time runs late then
   }
-  if (all_slept && !has_driven_)
+  return sum;
+}
+
+StepReport Simulation::take_ticks(Step& step) {
+  const auto start = std::chrono::steady_clock::now();
+  StepReport& report = step.report;
+  place_tools(step);
+  if (is_world_changed_) ticked_->read_from(world_);
+  if (watch_ && watch_->is_due(world_)) watch_->judge(world_, energies_now());
+  const TickedWorld::Report ticked = run_ticks(step);
+  report.stopped = step.budget.is_stopped();
+  is_world_changed_ = report.stopped;  // the engine goes back to it
+  if (report.stopped) return report;
+  if (ticked.all_slept && !has_driven_)
     ticked_->write_time(world_);
   else if (!ticked_->write_to(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
                             " s of simulated time a position or a velocity is not finite: the step "
                             "is too long for the scene's stiffness, dampers and masses");
-  tool_work_J_ += flow.tool_J;
-  if (account_) account_->flow += flow;
-  if (watch_) watch_->note_given(flow.given_J);
-  report.note_work(tool_work_J_);
-  report.solve.iterations = report.substeps;
-  report.stopped = step.budget.is_stopped();
+  note_ticks(ticked, report);
   report.integrate = std::chrono::steady_clock::now() - start;
+  show_ticks(ticked);
+  return report;
+}
+
+void Simulation::note_ticks(const TickedWorld::Report& ticked, StepReport& report) {
+  tool_work_J_ += ticked.flow.tool_J;
+  if (account_) account_->flow += ticked.flow;
+  if (account_) account_->sleep_loss_J += ticked.sleep_loss_J;
+  if (watch_) watch_->note_given(ticked.flow.given_J);
+  report.note_work(tool_work_J_);
+  report.contacts = ticked.touching;
+  report.solve.iterations = report.substeps = ticked.substeps;
   if (ticked_->write_sleep(world_)) note_sleep();
   report.sleeping_spheres = ticked_->sleeping_spheres();
-  const int enough = proto::kHistoryLength;
-  still_steps_ = all_slept && !has_driven_ ? std::min(still_steps_ + 1, enough) : 0;
-  if (still_steps_ == enough) return report;  // every snapshot of the history shows the same
+}
+
+void Simulation::show_ticks(const TickedWorld::Report& ticked) {
+  constexpr int kEnough = proto::kHistoryLength;
+  still_steps_ = ticked.all_slept && !has_driven_ ? std::min(still_steps_ + 1, kEnough) : 0;
+  if (still_steps_ == kEnough) return;  // every snapshot of the history shows the same
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
   moving_fields_.show(world_);
-  return report;
 }
 
 }  // namespace stillgrid::dynamics

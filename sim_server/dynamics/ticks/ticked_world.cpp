@@ -33,19 +33,24 @@ TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand
 
 void TickedWorld::read_from(const bodies::World& world) {
   SceneState state = engine_->state();
+  bool differs = false;
+  const auto set = [&](Vector4& to, const Vector4& from) {
+    differs = differs || to.x != from.x || to.y != from.y || to.z != from.z || to.w != from.w;
+    to = from;
+  };
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    state.node_position_m[i] = Vector4(world.nodes[i].position_m);
-    state.node_velocity_m_s[i] = Vector4(world.nodes[i].velocity_m_s);
+    set(state.node_position_m[i], Vector4(world.nodes[i].position_m));
+    set(state.node_velocity_m_s[i], Vector4(world.nodes[i].velocity_m_s));
   }
   for (std::size_t r = 0; r < world.rigid_bodies.size(); ++r) {
     const bodies::RigidBody& body = world.rigid_bodies[r];
-    state.rigid_position_m[r] = Vector4(body.position_m);
-    state.orientation[r] = Vector4(body.orientation);
+    set(state.rigid_position_m[r], Vector4(body.position_m));
+    set(state.orientation[r], Vector4(body.orientation));
     if (!body.free) continue;
-    state.rigid_velocity_m_s[r] = Vector4(body.velocity_m_s);
-    state.angular_velocity_rad_s[r] = Vector4(body.angular_velocity_rad_s);
+    set(state.rigid_velocity_m_s[r], Vector4(body.velocity_m_s));
+    set(state.angular_velocity_rad_s[r], Vector4(body.angular_velocity_rad_s));
   }
-  engine_->set_state(std::move(state));
+  if (differs) engine_->set_state(std::move(state));
   engine_->set_gravity(world.gravity_m_s2);
   time_s_ = world.time_s;
 }

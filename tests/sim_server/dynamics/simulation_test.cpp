@@ -250,8 +250,6 @@ TEST_CASE("A settled block lies on as it lay where its world is copied with what
   Simulation settled(scene);
   for (int i = 0; i < 300; ++i) (void)settled.step(kStep_s, no_tool);
   const Eigen::Vector3d start_m = settled.world().rigid_bodies[0].position_m;
-  scene.method.integrator =
-      GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kVelocityVerlet);
 
   double moved_m[2] = {};
   for (const bool sticks : {false, true}) {
