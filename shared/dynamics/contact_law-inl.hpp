@@ -86,8 +86,7 @@ HWY_INLINE void SetEquations(ContactRow& row, RowPlace& place, const Column3& ve
 }
 
 /// Returns the impulse of a contact that deepens, and zero for others. Its force is the mean force
-/// of spring and damper between the start and the end of the substep. end_m: depth at the end
-/// without this impulse.
+/// of spring and damper over the substep. end_m is the depth at the end without this impulse.
 HWY_INLINE Column DeepeningPush(const ContactRow& row, Column end_m, Column per_impulse,
                                 std::size_t i) {
   const Column zero = All(0.0F), start = Get(row.start_m, i);

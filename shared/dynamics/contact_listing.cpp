@@ -302,7 +302,7 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   derive();
   recall();
   list_sleeper_lanes();
-  if (is_sleep_new_) keep_sleeping();
+  if (is_sleep_new_) add_sleepers();
   is_sleep_new_ = false;
 }
 

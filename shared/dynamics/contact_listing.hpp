@@ -160,7 +160,7 @@ class ContactListing {
     return !sleeps_.empty() && sleeps_[static_cast<std::size_t>(sphere)] != 0;
   }
   [[nodiscard]] bool is_still(std::int32_t number) const;
-  void keep_sleeping();
+  void add_sleepers();
   void list_sleeper_lanes();
   void remember();
   void recall();

@@ -73,7 +73,7 @@ bool ContactListing::is_still(std::int32_t number) const {
 }
 
 /// Keeps the history of contacts between two sides that stay.
-void ContactListing::keep_sleeping() {
+void ContactListing::add_sleepers() {
   sleeping_contacts_.clear();
   for (std::int32_t first = 0; at(first) < description_.spheres.size(); ++first) {
     if (!is_still(first)) continue;

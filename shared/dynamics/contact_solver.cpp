@@ -47,8 +47,8 @@ HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, std::siz
   // Else the neighbours in a vector would decide whether a lane counts.
   const auto is_solved = hn::Ne(Get(row.depth_m, i), All(kApart_m));
   const Column mass = hn::IfThenElseZero(is_solved, Get(row.normal_mass_per_kg, i));
-  rates.stiffness_per_s2 = std::max(
-      rates.stiffness_per_s2, largest(All(0.25F) * mass * Get(place.stiffness_N_per_m, i)));
+  rates.stiffness_per_s2 = std::max(rates.stiffness_per_s2,
+                                    largest(All(0.25F) * mass * Get(place.stiffness_N_per_m, i)));
   rates.damping_per_s =
       std::max(rates.damping_per_s, largest(All(0.5F) * mass * Get(place.damping_N_s_per_m, i)));
 }

@@ -23,7 +23,7 @@ namespace stillgrid::dynamics {
 /// Rows of a group that may touch within the substep; indices are into RowList::rows.
 struct LiveRows {
   float substep_s = 0.0F;
-  ContactRates rates;  // of contacts that are solved at once
+  ContactRates rates;  // largest of contacts that are solved at once
   std::vector<std::uint32_t> rows;
   std::vector<std::size_t> group_end;  // one for each of RowList::groups
 };

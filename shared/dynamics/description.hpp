@@ -89,7 +89,7 @@ struct Description {
     int first_node = 0, node_count = 0;
     int rigid = -1;
     double rest_speed_m_s = 0.0;     // at rest while all its points are slower
-    double bounding_radius_m = 0.0;  // of a rigid body: its farthest point from the centre
+    double bounding_radius_m = 0.0;  // rigid body: farthest point from the centre
   };
 
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();

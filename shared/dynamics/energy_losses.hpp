@@ -15,7 +15,7 @@ namespace stillgrid::dynamics {
 /// Energy that left a scene or entered it by other ways than gravity, springs and the springs of
 /// contacts, in J. Losses are positive.
 struct EnergyLosses {
-  double spring_damping_J = 0.0;  // by dampers of springs and joints
+  double spring_damping_J = 0.0;  // dampers of springs and joints
   double contact_damping_J = 0.0;
   double friction_J = 0.0;
   double unsolved_J = 0.0;  // a gain: springs of contacts hold it, though no work paid for it
@@ -24,9 +24,9 @@ struct EnergyLosses {
   EnergyLosses& operator+=(const EnergyLosses& more);
 };
 
-/// Measures what dampers, contacts and friction take in a substep. All forces act along the mean of
-/// the velocities at both ends, as position Verlet moves bodies, so that the sum is exact but for
-/// rounding of floats and for the curvature of ways.
+/// Measures the losses by dampers, contacts and friction in a substep. All forces act along the
+/// mean of the velocities at both ends, as position Verlet moves bodies. The sum is exact but for
+/// the rounding of floats and the curvature of paths.
 ///
 /// Thread: one. Memory is kept from substep to substep.
 class LossMeter {
@@ -49,7 +49,7 @@ class LossMeter {
  private:
   /// A lane of a live row at the start of a substep.
   struct Start {
-    Eigen::Vector3d velocity_m_s;  // of side a relative to side b, at the point of contact
+    Eigen::Vector3d velocity_m_s;  // side a relative to side b, at the point of contact
     double stretch_square_m2;
   };
   void finish_dampers(const SceneState& state, const std::vector<Wrench>& wrenches,
@@ -59,7 +59,7 @@ class LossMeter {
   SpringTable table_;
   std::vector<std::size_t> driven_;  // rigid bodies
   std::vector<Vector4> node_forces_N_;
-  std::vector<Wrench> wrenches_;  // of dampers; empty without such joints
+  std::vector<Wrench> wrenches_;  // dampers; empty without such joints
   std::vector<Vector4> node_velocity_m_s_, rigid_velocity_m_s_, angular_velocity_rad_s_;
   std::vector<Start> starts_;  // lanes of live rows
   EnergyLosses losses_;

@@ -18,12 +18,12 @@ namespace {
 /// more than that velocity.
 int substeps_by_contacts(const ContactRates& rates, double tick_s) {
   constexpr double kMaxRatio = 1.0;
-  constexpr int kMost = 64;
+  constexpr int kMaxSubsteps = 64;
   const double spring = rates.stiffness_per_s2 * tick_s * tick_s / kMaxRatio;
   const double damper = rates.damping_per_s * tick_s / kMaxRatio;
   // n^2 - n damper - spring = 0
   const double asked = 0.5 * (damper + std::sqrt(damper * damper + 4.0 * spring));
-  return asked > 1.0 ? static_cast<int>(std::ceil(std::min<double>(asked, kMost))) : 1;
+  return asked > 1.0 ? static_cast<int>(std::ceil(std::min<double>(asked, kMaxSubsteps))) : 1;
 }
 
 // Iterations of a substep, in turn forwards and backwards. A body with many contacts at once, as a
@@ -37,7 +37,7 @@ Description validated(Description description) {
 
 }  // namespace
 
-Engine::Engine(Description description, SceneState state, EngineMethod method)
+Engine::Engine(Description description, SceneState state)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
@@ -62,7 +62,6 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
-  if (method.kind == Method::kImplicitEuler) implicit_.emplace(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -190,10 +189,7 @@ void Engine::advance(double tick_s, int given_substeps) {
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
-  if (implicit_)
-    implicit_tick(tick_s);
-  else
-    divided_tick(tick_s, given_substeps);
+  divided_tick(tick_s, given_substeps);
 }
 
 void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {

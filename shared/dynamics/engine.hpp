@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -14,9 +13,7 @@
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/energy_losses.hpp"
-#include "shared/dynamics/engine_method.hpp"
 #include "shared/dynamics/field_contacts.hpp"
-#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/sleep.hpp"
@@ -40,7 +37,7 @@ struct DrivenPose {
 struct DrivenReaction {
   Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();       // about the body's position
-  Eigen::Vector3d rigid_impulse_N_s = Eigen::Vector3d::Zero();  // of these by driven bodies
+  Eigen::Vector3d rigid_impulse_N_s = Eigen::Vector3d::Zero();  // part of them by driven bodies
   Eigen::Vector3d rigid_moment_N_m_s = Eigen::Vector3d::Zero();
   /// Energy of contacts in which the body appeared, less those from which it disappeared.
   double brought_J = 0.0;
@@ -48,22 +45,23 @@ struct DrivenReaction {
 
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
 ///
-/// A tick is divided into substeps. A substep is one step of position Verlet; contacts, friction
-/// and their impulses on bodies are solved implicitly at its middle. step() is a pure function of
-/// the state, the driven poses and the Description: it reads no clock, and its results are equal to
-/// the bit on every run and every instruction set.
+/// A tick is divided into substeps. A substep is one step of position Verlet. Contacts, friction
+/// and their impulses on bodies are solved implicitly at its middle.
+///
+/// The result of step() depends on the state, the driven poses and the Description alone. It reads
+/// no clock, and its results are equal to the bit on every run and every instruction set.
 ///
 /// Thread: one. Realtime: step() does not lock or throw; it allocates only while the number of
 /// near pairs grows beyond all ticks before.
 class Engine {
  public:
   /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
-  Engine(Description description, SceneState state, EngineMethod method = {});
+  Engine(Description description, SceneState state);
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Advances by a tick of tick_s. driven: one pose for each driven body, in the order of the
-  /// Description. given_substeps: 0 for as many as stability asks for.
+  /// Advances by a tick of tick_s. There is one pose in driven for each driven body, in the order
+  /// of the Description. As many substeps as stability asks for are taken if given_substeps is 0.
   void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s,
             int given_substeps = 0);
 
@@ -87,8 +85,6 @@ class Engine {
   /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
   /// where spheres meet at high speed.
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
-  /// Figures of the last tick by implicit Euler.
-  [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
@@ -124,7 +120,7 @@ class Engine {
   [[nodiscard]] int substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_plane,
                                      double tick_s) const;
   [[nodiscard]] int substeps_by_speed(double tick_s);
-  [[nodiscard]] static int substeps_of_way(double lengths);
+  [[nodiscard]] static int substeps_of_path(double lengths);
   void adopt_listing();
   void sum_forces();
   void apply_forces(double duration_s);
@@ -135,10 +131,7 @@ class Engine {
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
-  void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
-  void note_implicit_reactions();
-  void implicit_part(double part_s, int halvings);
   void wake_all();
   void adopt_sleep();
   void wake_touched(double tick_s);
@@ -182,16 +175,14 @@ class Engine {
   std::vector<std::uint8_t> appeared_;         // in this tick, as driven_
   std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
-  std::vector<float> ways_m_;                  // of spheres in a tick, as ContactListing::order()
+  std::vector<float> ways_m_;                  // spheres in a tick, as ContactListing::order()
   double smallest_length_m_ = 0.0;
-  int substeps_ = 1;      // of the last tick
+  int substeps_ = 1;      // last tick
   bool is_stale_ = true;  // contacts must be listed before the next tick
   LossMeter meter_;
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;
   JointBound joint_bound_;
-  std::optional<ImplicitStep> implicit_;  // the method, if it is implicit
-  SolveFigures solve_;
   SceneState ahead_;  // scratch
 };
 

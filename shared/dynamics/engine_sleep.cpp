@@ -18,7 +18,6 @@ void Engine::adopt_sleep() {
   is_still_known_ = false;
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   springs_.leave_out(sleep_.nodes());
-  if (implicit_) implicit_->leave_out(sleep_.nodes(), sleep_.rigid_bodies());
   awake_nodes_.clear();
   for (std::size_t i = 0; i < sleep_.nodes().size(); ++i) {
     if (sleep_.nodes()[i] != 0) continue;
@@ -69,14 +68,14 @@ bool Engine::passes(double tick_s) {
 bool Engine::is_clear_of_sleepers(const Description::Sphere& sphere, double tick_s) {
   const std::size_t rigid = at(sphere.rigid);
   if (description_.rigid_bodies[rigid].is_fixture || state_.is_here[rigid] == 0) return true;
-  const SphereWay way = sphere_way(sphere, state_, tick_s);
+  const SpherePath way = sphere_path(sphere, state_, tick_s);
   Vector4 ball(way.from_m);
-  ball.w = sphere.radius_m + way.way_m.norm();
+  ball.w = sphere.radius_m + way.path_m.norm();
   bool is_clear = true;
   still_.each_near(ball, [&](std::int32_t k) {
     const Vector4& still = still_at_[at(k)];
-    is_clear = is_clear &&
-               least_distance_m(way.from_m - still.vector(), way.way_m) > sphere.radius_m + still.w;
+    is_clear = is_clear && least_distance_m(way.from_m - still.vector(), way.path_m) >
+                               sphere.radius_m + still.w;
   });
   return is_clear;
 }

@@ -12,7 +12,7 @@ namespace {
 // bounds the turn of the normal within half a substep to 1/16 rad, and the error of the depth to
 // an eighth of the radius.
 constexpr double kLongestWay = 0.25;
-constexpr int kMostSubsteps = 64;
+constexpr int kMaxSubsteps = 64;
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -53,11 +53,11 @@ int Engine::substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_pl
   const auto length_m = [&](std::int32_t number) {
     return listing_.lengths_m()[at(listing_.order()[at(number)])];
   };
-  double least_length_m = length_m(place.sphere_a[lane]), way_m = 0.0;
+  double least_length_m = length_m(place.sphere_a[lane]), path_m = 0.0;
   if (is_plane) {
     const Description::Plane& plane = description_.planes[at(place.sphere_b[lane])];
-    way_m = std::abs(tick_s * plane.normal.dot(velocity_m_s));
-    if (plane.normal.dot(from_m) - plane.offset_m - a.radius_m > way_m) return 1;
+    path_m = std::abs(tick_s * plane.normal.dot(velocity_m_s));
+    if (plane.normal.dot(from_m) - plane.offset_m - a.radius_m > path_m) return 1;
   } else {
     const Description::Sphere& b = sphere_at(place.sphere_b[lane]);
     const Eigen::Vector3d relative_m = tick_s * (velocity_m_s - sphere_velocity_m_s(b, state_));
@@ -65,20 +65,20 @@ int Engine::substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_pl
         least_distance_m(from_m - sphere_position_m(b, state_).vector(), relative_m);
     if (least_m > a.radius_m + b.radius_m) return 1;
     least_length_m = std::min(least_length_m, length_m(place.sphere_b[lane]));
-    way_m = relative_m.norm();
+    path_m = relative_m.norm();
   }
-  return substeps_of_way(way_m / least_length_m);
+  return substeps_of_path(path_m / least_length_m);
 }
 
 /// A way in lengths of the smaller of two things that meet.
-int Engine::substeps_of_way(double lengths) {
-  return static_cast<int>(std::clamp<double>(std::ceil(lengths / kLongestWay), 1.0, kMostSubsteps));
+int Engine::substeps_of_path(double lengths) {
+  return static_cast<int>(std::clamp<double>(std::ceil(lengths / kLongestWay), 1.0, kMaxSubsteps));
 }
 
 /// So many that no two spheres that meet in the tick move by more than a share of the smaller
 /// radius relative to each other.
 int Engine::substeps_by_speed(double tick_s) {
-  int most = substeps_of_way(fields_.most_lengths(listing_, state_, tick_s));
+  int most = substeps_of_path(fields_.most_lengths(listing_, state_, tick_s));
   if (!measure_ways(tick_s)) return most;
   const double longest = kLongestWay * smallest_length_m_;
   for (const RowGroup& group : listing_.rows().groups) {
@@ -88,9 +88,9 @@ int Engine::substeps_by_speed(double tick_s) {
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         if (place.stiffness_N_per_m[lane] == 0.0F) continue;  // an unused lane
         if (!is_plane && listing_.is_field(place.sphere_b[lane])) continue;
-        const float way_m = ways_m_[at(place.sphere_a[lane])] +
-                            (is_plane ? 0.0F : ways_m_[at(place.sphere_b[lane])]);
-        if (static_cast<double>(way_m) > longest)
+        const float path_m = ways_m_[at(place.sphere_a[lane])] +
+                             (is_plane ? 0.0F : ways_m_[at(place.sphere_b[lane])]);
+        if (static_cast<double>(path_m) > longest)
           most = std::max(most, substeps_of_pair(place, lane, is_plane, tick_s));
       }
     }

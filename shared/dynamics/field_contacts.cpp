@@ -24,8 +24,8 @@ bool FieldContacts::stay_within(const ContactListing& listing, const SceneState&
   for (std::size_t f = 0; f < poses_.size(); ++f) {
     const Description::Field& field = description_.fields[f];
     const FieldBase& base = listing.field_base()[f];
-    const double way_m = field_motion_m(field, base.pose(), field_pose(field, state));
-    if (!(way_m + tick_s * field_speed_m_s(field, state) + falls_m < base.position_m.w))
+    const double path_m = field_motion_m(field, base.pose(), field_pose(field, state));
+    if (!(path_m + tick_s * field_speed_m_s(field, state) + falls_m < base.position_m.w))
       return false;
   }
   return true;
@@ -53,11 +53,11 @@ double FieldContacts::most_lengths(const ContactListing& listing, const SceneSta
     const Eigen::Vector3d field_m_s =
         state.rigid_velocity_m_s[r].vector() + state.angular_velocity_rad_s[r].vector().cross(
                                                    centre_m - state.rigid_position_m[r].vector());
-    const double way_m = tick_s * (sphere_velocity_m_s(sphere, state) - field_m_s).norm();
-    const double lengths = way_m / std::min(listing.lengths_m()[s], field_cell_m(field));
+    const double path_m = tick_s * (sphere_velocity_m_s(sphere, state) - field_m_s).norm();
+    const double lengths = path_m / std::min(listing.lengths_m()[s], field_cell_m(field));
     if (lengths <= most) continue;
     const Eigen::Vector3d point_m = field_pose(field, state).into(centre_m);
-    if (least_distance_m(field, point_m) < sphere.radius_m + way_m) most = lengths;
+    if (least_distance_m(field, point_m) < sphere.radius_m + path_m) most = lengths;
   }
   return most;
 }

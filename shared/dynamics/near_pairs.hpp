@@ -61,12 +61,12 @@ class NearPairs {
 template <class Visit>
 void NearPairs::each_near(const Vector4& ball, const Visit& visit) const {
   if (order_.empty()) return;
-  const double reach_m = ball.w + 0.5 * width_m_;  // no ball is wider than a cell
+  const double distance_m = ball.w + 0.5 * width_m_;  // no ball is wider than a cell
   const std::array<double, 3> centre_m{ball.x, ball.y, ball.z};
   std::array<int, 3> first{}, last{};
   for (std::size_t k = 0; k < 3; ++k) {
-    first[k] = cell_along(centre_m[k] - reach_m, k);
-    last[k] = cell_along(centre_m[k] + reach_m, k);
+    first[k] = cell_along(centre_m[k] - distance_m, k);
+    last[k] = cell_along(centre_m[k] + distance_m, k);
   }
   const auto& count = cells_.count;
   for (int i = first[0]; i <= last[0]; ++i)

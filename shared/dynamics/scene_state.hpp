@@ -30,8 +30,8 @@ struct alignas(32) Vector4 {
   }
 };
 
-/// How fast contacts that are solved at once change the velocities of the bodies they push: the most
-/// of all of them in a tick.
+/// How fast contacts that are solved at once change the velocities of the bodies they push: the
+/// most of all of them in a tick.
 struct ContactRates {
   double stiffness_per_s2 = 0.0, damping_per_s = 0.0;
 };
@@ -40,7 +40,7 @@ struct ContactRates {
 /// Arrays are in the order of Description. w is zero but in quaternions.
 struct SceneState {
   std::uint64_t tick = 0;  // ticks since the start
-  ContactRates contacts;   // of the last tick
+  ContactRates contacts;   // last tick
   std::vector<Vector4> node_position_m, node_velocity_m_s;
   std::vector<Vector4> rigid_position_m, rigid_velocity_m_s;  // centre of mass
   std::vector<Vector4> orientation;                           // unit quaternions

@@ -11,7 +11,7 @@ namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kLook_s = 0.016;  // after which islands are looked for again
-constexpr double kJoined = 0.01;          // of the smaller radius: a gap that still joins bodies
+constexpr double kJoined = 0.01;   // of the smaller radius: a gap that still joins bodies
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -241,11 +241,11 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
     const RowPlace& place = listing.rows().places[lane.row];
     const std::int32_t a = listing.order()[at(place.sphere_a[lane.lane])];
     const std::int32_t b = listing.order()[at(place.sphere_b[lane.lane])];
-    const SphereWay way_a = sphere_way(description_.spheres[at(a)], state, tick_s);
-    const SphereWay way_b = sphere_way(description_.spheres[at(b)], state, tick_s);
+    const SpherePath path_a = sphere_path(description_.spheres[at(a)], state, tick_s);
+    const SpherePath path_b = sphere_path(description_.spheres[at(b)], state, tick_s);
     const Eigen::Vector3d falls_m =
         (sphere_sleeps_[at(a)] != 0 ? -1.0 : 1.0) * tick_s * tick_s * description_.gravity_m_s2;
-    if (least_distance_m(way_a.from_m - way_b.from_m, way_a.way_m - way_b.way_m + falls_m) >
+    if (least_distance_m(path_a.from_m - path_b.from_m, path_a.path_m - path_b.path_m + falls_m) >
         description_.spheres[at(a)].radius_m + description_.spheres[at(b)].radius_m)
       continue;
     woke = wake(a) || woke;

@@ -26,7 +26,7 @@ class Sleep {
 
   explicit Sleep(const Description& description);
 
-  /// What a tick depends on, for a saved state.
+  /// All that later ticks depend on, for a saved state.
   struct Saved {
     std::vector<double> rested_s;      // bodies
     std::vector<std::int32_t> island;  // bodies; -1: awake
@@ -37,7 +37,7 @@ class Sleep {
   /// Pre: check(saved).
   void load(const Saved& saved);
 
-  /// Notes the end of a tick. Stops islands that fall asleep; returns whether one did.
+  /// Notes the end of a tick. Stops islands that begin to sleep; returns whether one did.
   bool settle(SceneState& state, const ContactListing& listing, const ContactBodies& bodies,
               double tick_s);
   /// Wakes the islands of all sleeping bodies that a sphere awake would touch in the tick. Returns
@@ -49,7 +49,7 @@ class Sleep {
 
   [[nodiscard]] bool is_sleeping(std::size_t body) const { return saved_.island[body] >= 0; }
   [[nodiscard]] std::size_t sleeping() const noexcept { return sleeping_; }
-  /// Whether nothing moves but driven bodies.
+  /// Whether only driven bodies move.
   [[nodiscard]] bool all_sleep() const noexcept {
     return sleeping_ > 0 && sleeping_ == description_.bodies.size() && !has_restless_;
   }
@@ -59,7 +59,7 @@ class Sleep {
     return rigid_sleeps_;
   }
   [[nodiscard]] std::span<const std::uint8_t> spheres() const noexcept { return sphere_sleeps_; }
-  /// Kinetic energy of all that fell asleep in the last settle(), J.
+  /// Kinetic energy of all that began to sleep in the last settle(), J.
   [[nodiscard]] double loss_J() const noexcept { return loss_J_; }
 
  private:
@@ -83,7 +83,7 @@ class Sleep {
   bool has_restless_ = false;  // free nodes or rigid bodies that never sleep
   Saved saved_;
   std::vector<std::int32_t> parent_;
-  std::vector<std::uint8_t> is_restless_;  // of a root: some body of the island must not sleep
+  std::vector<std::uint8_t> is_restless_;  // root: some body of the island must not sleep
   std::vector<std::uint8_t> node_sleeps_, rigid_sleeps_, sphere_sleeps_;
   std::size_t sleeping_ = 0;  // bodies
   double loss_J_ = 0.0;

@@ -42,10 +42,10 @@ EndPlace place_of(const Description::JointEnd& end, const SceneState& state) {
   if (end.rigid < 0) return {end.point_m, Eigen::Vector3d::Zero()};
   const std::size_t r = at(end.rigid);
   const Eigen::Vector3d arm_m = state.orientation[r].quaternion() * end.point_m;
-  return {state.rigid_position_m[r].vector() + arm_m,
-          state.rigid_velocity_m_s[r].vector() +
-              state.angular_velocity_rad_s[r].vector().cross(arm_m),
-          end.point_m.norm()};
+  return {
+      state.rigid_position_m[r].vector() + arm_m,
+      state.rigid_velocity_m_s[r].vector() + state.angular_velocity_rad_s[r].vector().cross(arm_m),
+      end.point_m.norm()};
 }
 
 /// 1 / mass that an end has for a spring or a damper. turning_m2: the square of what a turn of the
@@ -63,8 +63,7 @@ double inverse_mass_per_kg(const Description& description, const Description::Jo
 SpectrumBound spring_bound(const Description& description) {
   std::vector<SpectrumBound> sums(description.nodes.size());
   for (const Description::Spring& spring : description.springs) {
-    const double per_kg =
-        node_per_kg(description, spring.a) + node_per_kg(description, spring.b);
+    const double per_kg = node_per_kg(description, spring.a) + node_per_kg(description, spring.b);
     for (const int node : {spring.a, spring.b})
       if (!description.nodes[at(node)].is_pinned)
         sums[at(node)] = sums[at(node)] + SpectrumBound{per_kg * spring.stiffness_N_per_m,
@@ -83,8 +82,8 @@ SpectrumBound JointBound::operator()(const Description& description, const Scene
   std::ranges::fill(sums_, SpectrumBound{});
   for (const Description::Joint& joint : description.joints) {
     const EndPlace a = place_of(joint.a, state), b = place_of(joint.b, state);
-    const double length_m = (a.position_m - b.position_m).norm() +
-                            within_s * (a.velocity_m_s - b.velocity_m_s).norm();
+    const double length_m =
+        (a.position_m - b.position_m).norm() + within_s * (a.velocity_m_s - b.velocity_m_s).norm();
     // A stretched spring turns its bodies back into its line. Its damper acts on b at the place of
     // a.
     const auto per_kg = [&](double more_m2_of_a, double more_m2_of_b) {

@@ -18,7 +18,7 @@ struct SpectrumBound {
     return {a.stiffness_per_s2 + b.stiffness_per_s2, a.damping_per_s + b.damping_per_s};
   }
 };
-/// Of springs, however bodies deform.
+/// Bounds springs, however bodies deform.
 [[nodiscard]] SpectrumBound spring_bound(const Description& description);
 
 /// Bounds joints, which turn a rigid body more stiffly the farther they are stretched.
@@ -33,8 +33,8 @@ class JointBound {
   std::vector<SpectrumBound> sums_;  // nodes, then rigid bodies; empty without joints
 };
 
-/// Returns the number of equal substeps of a tick by which Verlet's method is stable with a factor
-/// of two to spare: half of the longest step h with h^2 stiffness / 4 + h damping / 2 = 1.
+/// Returns the number of equal substeps of a tick, for Verlet's method. A substep is half of the
+/// longest stable one, h with h^2 stiffness / 4 + h damping / 2 = 1.
 [[nodiscard]] int stable_substeps(const SpectrumBound& bound, double tick_s);
 
 }  // namespace stillgrid::dynamics

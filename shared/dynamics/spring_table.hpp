@@ -30,7 +30,7 @@ class SpringTable {
 
  private:
   Arrays all_, arrays_;
-  std::size_t used_;  // of arrays_
+  std::size_t used_;  // springs in arrays_
 };
 
 }  // namespace stillgrid::dynamics

@@ -21,13 +21,13 @@ void each_pair_near_at_rest(std::span<const bodies::SphereBinding> spheres, cons
   std::ranges::sort(order, {}, [&](int i) { return sphere(i).rest_position_m.x(); });
   double most_m = 0.0;
   for (const bodies::SphereBinding& one : spheres) most_m = std::max(most_m, one.radius_m);
-  const double reach_m = (2.0 + kNearGap) * most_m;
+  const double distance_m = (2.0 + kNearGap) * most_m;
   for (std::size_t k = 0; k < order.size(); ++k)
     for (std::size_t l = k + 1; l < order.size(); ++l) {
       const Eigen::Vector3d apart_m =
           sphere(order[l]).rest_position_m - sphere(order[k]).rest_position_m;
-      if (apart_m.x() > reach_m) break;
-      if (apart_m.squaredNorm() <= reach_m * reach_m) visit(order[k], order[l]);
+      if (apart_m.x() > distance_m) break;
+      if (apart_m.squaredNorm() <= distance_m * distance_m) visit(order[k], order[l]);
     }
 }
 

@@ -46,8 +46,7 @@ inline constexpr IntegratorKind IntegratorKind::kCvodeBdf{"cvode_bdf",
 using Integrators = std::span<const IntegratorKind>;
 /// The integrators that a scene file may name; the laboratory adds one that is measured beside.
 inline constexpr std::array kIntegrators = {
-    IntegratorKind::kVelocityVerlet, IntegratorKind::kImplicitEuler,
-    IntegratorKind::kCvodeBdf};
+    IntegratorKind::kVelocityVerlet, IntegratorKind::kImplicitEuler, IntegratorKind::kCvodeBdf};
 
 /// How a scene is integrated.
 struct Method {

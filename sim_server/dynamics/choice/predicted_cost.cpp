@@ -28,8 +28,8 @@ SceneLoad load_of(const bodies::World& world) {
   load.joints = static_cast<double>(world.joints.size());
   const DescribedWorld vibrates = described_without_spheres(world);
   JointBound joints(vibrates.description);
-  const SpectrumBound bound = spring_bound(vibrates.description) +
-                              joints(vibrates.description, vibrates.state, 0.0);
+  const SpectrumBound bound =
+      spring_bound(vibrates.description) + joints(vibrates.description, vibrates.state, 0.0);
   load.spring_rad_s = std::sqrt(bound.stiffness_per_s2);
   load.damping_1_s = bound.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
@@ -69,7 +69,8 @@ int stable_substeps(const SceneLoad& load, double step_s) {
 int taken_substeps(const SceneLoad& load, double step_s) {
   const double ticks = std::max(1.0, std::ceil(step_s / kTick_s - 1e-9));
   return static_cast<int>(ticks) *
-         stable_substeps(SpectrumBound{load.spring_rad_s * load.spring_rad_s, load.damping_1_s}, step_s / ticks);
+         stable_substeps(SpectrumBound{load.spring_rad_s * load.spring_rad_s, load.damping_1_s},
+                         step_s / ticks);
 }
 
 double cost_ms(const SceneLoad& load, const scene::Method& method, const StepWork& work) {

@@ -87,7 +87,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget};
   StepReport& report = step.report;
   report.solve.converged = true;
-  if (ticked_) return take_ticks(step);
+  if (ticked_) return step_in_ticks(step);
   // Halving is exact; a part that ends before a crossing may have any length.
   double longest = 1.0 / std::max({1, method_.substeps, substeps_ / 2});
   Part part{.end = longest};

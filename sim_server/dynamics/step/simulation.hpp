@@ -49,7 +49,7 @@ struct StepReport {
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 
   void note_work(const EnergyByHand_J& work_J);
-  /// Of the samples that were taken.
+  /// Takes the times of samples.
   void note_times(std::span<const std::optional<ToolSample>> samples);
 };
 
@@ -134,9 +134,8 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
-  /// What sticks, of implicit methods: with the world all that another simulation of it goes on
-  /// from. Velocity Verlet has none of it, and its friction begins slack. Pre of stick(): from a
-  /// world of the same spheres.
+  /// Friction's memory of implicit methods. With the world, another simulation goes on from it.
+  /// Velocity Verlet ignores it. Pre of stick(): from a world of the same spheres.
   [[nodiscard]] std::vector<ContactMemory> sticking() const;
   void stick(std::vector<ContactMemory> sticking);
 
@@ -184,7 +183,7 @@ class Simulation {
   /// By hand, as tools_.
   using ToolSamples = std::array<std::optional<ToolSample>, proto::kMaxHands>;
 
-  StepReport take_ticks(Step& step);
+  StepReport step_in_ticks(Step& step);
   TickedWorld::Report run_ticks(Step& step);
   void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
   void show_ticks(const TickedWorld::Report& ticked);
@@ -237,8 +236,8 @@ class Simulation {
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 
-  bool is_world_changed_ = false;  // from outside since the last step
-  bool has_driven_ = false;   // a prescribed motion that leads somewhere
+  bool is_world_changed_ = false;  // outside of step()
+  bool has_driven_ = false;        // a prescribed motion that leads somewhere
   int still_steps_ = 0;       // in turn that ended with everything sleeping, as far as they count
   bool passes_ = false;       // the last step only took time on
   double predicted_s_ = 0.0;  // from such steps; zero: nothing

@@ -53,7 +53,7 @@ TickedWorld::Report Simulation::run_ticks(Step& step) {
   return sum;
 }
 
-StepReport Simulation::take_ticks(Step& step) {
+StepReport Simulation::step_in_ticks(Step& step) {
   const auto start = std::chrono::steady_clock::now();
   StepReport& report = step.report;
   place_tools(step);

@@ -25,12 +25,12 @@ struct DescribedWorld {
 /// Describes a world with its hands, whose tools are away at the start. Shares its distance fields.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands, bool may_sleep);
-/// Speed in m/s below which a free body of the world is at rest: 3 % of its smallest sphere's
-/// radius a second, or of its field's fine cell, and at most a fifth of its material's slip speed.
-/// Zero: it never sleeps.
+/// Returns the speed in m/s below which a free body of the world is at rest. It is 3 % of the
+/// radius of its smallest sphere, or of its field's fine cell, a second. It is at most a fifth of
+/// its material's slip speed. Zero is for bodies that never sleep.
 [[nodiscard]] double rest_speed_m_s(const bodies::World& world, const bodies::BodyRange& body);
 
-/// The same without spheres, planes and tools: what vibrates.
+/// Describes nodes, springs, joints and rigid bodies without spheres, planes and tools.
 [[nodiscard]] DescribedWorld described_without_spheres(const bodies::World& world);
 
 }  // namespace stillgrid::dynamics

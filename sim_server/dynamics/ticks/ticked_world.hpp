@@ -34,18 +34,18 @@ class TickedWorld {
   /// How a tick is taken.
   struct Tick {
     double length_s = kTick_s;
-    double left_s = kTick_s;  // with this tick: in it tools move evenly to their poses
+    double left_s = kTick_s;  // this tick too: tools move evenly to their poses in it
     int substeps = 0;         // 0: as many as stability asks
-    std::span<const std::optional<ToolPose>> tools = {};  // by hand; without a pose it is away
+    std::span<const std::optional<ToolPose>> tools = {};  // hands; a tool without a pose is away
   };
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
-    double sleep_loss_J = 0.0;  // kinetic energy of all that fell asleep
+    double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
   };
-  /// Advances by a tick. The world is the state of the last write_to(), whose prescribed bodies
-  /// tell their motion.
+  /// Advances by a tick. world is the one of the last write_to(): its prescribed bodies move as it
+  /// says.
   Report advance(const bodies::World& world, const Tick& tick);
 
   /// Writes positions, velocities and the time to the world. Returns whether all are finite: else

@@ -113,7 +113,7 @@ TEST_CASE("A block that slept on a slope wakes held as it was", "[sleep]") {
   }
 }
 
-TEST_CASE("Runs through saved blocks are equal to the bit, asleep, half awake and waking",
+TEST_CASE("Runs through saved blocks are equal to the bit, sleeping, half awake and waking",
           "[sleep]") {
   const auto pose = [](int tick) {
     return tick < 4000 ? kAway : tool_at({0.01, 0.01, 0.09 - 1e-5 * (tick - 4000)});

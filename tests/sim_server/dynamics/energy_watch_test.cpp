@@ -160,7 +160,7 @@ TEST_CASE("The bound of springs is above their stiffest mode, however they defor
     if (!node.pinned)
       node.position_m += shake_m * Eigen::Vector3d(shake(random), shake(random), shake(random));
   }
-  const double bound_per_s2 = 
+  const double bound_per_s2 =
       spring_bound(described_without_spheres(world).description).stiffness_per_s2;
   CHECK(stiffest_per_s2(world) <= bound_per_s2);
   if (shake_m == 0.0) CHECK(stiffest_per_s2(world) > 0.25 * bound_per_s2);

@@ -77,7 +77,9 @@ Tumble tumble(scene::IntegratorKind kind, int substeps) {
                                                             rigid.angular_velocity_rad_s));
   };
   const Eigen::Vector3d before = momentum();
-  const auto energy = [&] { return bodies::mechanical_energy_J(std::as_const(simulation).world()); };
+  const auto energy = [&] {
+    return bodies::mechanical_energy_J(std::as_const(simulation).world());
+  };
   const double energy_J = energy();
   Tumble worst{};
   for (int i = 0; i < 300; ++i) {
@@ -89,8 +91,7 @@ Tumble tumble(scene::IntegratorKind kind, int substeps) {
   return worst;
 }
 
-TEST_CASE("Over two seconds energy goes where the flow says",
-          "[explicit_integrators]") {
+TEST_CASE("Over two seconds energy goes where the flow says", "[explicit_integrators]") {
   const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
   const int substeps = GENERATE(80, 320);
   const Balance balance = balance_of(bustle(), 0.005, 400, explicit_method(kind, substeps));
@@ -138,7 +139,8 @@ TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integra
   CHECK(chosen <= 100.0);  // one a tick is enough
 }
 
-TEST_CASE("A step that does not stay finite says so, and leaves the world", "[explicit_integrators]") {
+TEST_CASE("A step that does not stay finite says so, and leaves the world",
+          "[explicit_integrators]") {
   scene::SceneDescription scene =
       sim_server::scene_of({sim_server::thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
                             sim_server::box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})});

@@ -84,7 +84,8 @@ TEST_CASE("A body of points rests on a plane as deep as they share its weight, a
   CHECK((body(simulation).position_m - rested_m).norm() < 1e-8);
 }
 
-TEST_CASE("A box on a box of fields rests, without creep, and sleeps by implicit Euler", "[field]") {
+TEST_CASE("A box on a box of fields rests, without creep, and sleeps by implicit Euler",
+          "[field]") {
   const Way way = every_way();
   const double mass_kg = 0.137, stiffness_N_per_m = 2100.0;
   const auto box_at = [&](const Vector3d& at_m) {

@@ -35,7 +35,8 @@ TEST_CASE("Joined free bodies keep their momentum, and by explicit methods their
     REQUIRE(advance(simulation, 0.005, 100));
 
     INFO(kind.name << ", seed " << seed);
-    // Implicit Euler's solver leaves 1e-8 m/s a step of some 10 g; Verlet rounds impulses to floats.
+    // Implicit Euler's solver leaves 1e-8 m/s a step of some 10 g; Verlet rounds impulses to
+    // floats.
     CHECK((momentum_kg_m_per_s(simulation.world()) - momentum).norm() <
           (scene::is_explicit(kind) ? 1e-6 * momentum.norm() : 1e-8));
     if (scene::is_explicit(kind))

@@ -20,9 +20,8 @@ scene::SceneDescription chain() {
 /// The largest error over half a second against the first mode, let go at rest.
 double error_m(scene::IntegratorKind kind, double step_s) {
   scene::SceneDescription scene = chain();
-  scene.method = {.integrator = kind,
-                  .substeps = scene::is_explicit(kind) ? 1 : 0,
-                  .tolerance_m_s = 1e-11};
+  scene.method = {
+      .integrator = kind, .substeps = scene::is_explicit(kind) ? 1 : 0, .tolerance_m_s = 1e-11};
   scene.sleeping = false;
   Simulation simulation(scene);
   bodies::World& world = simulation.world();
