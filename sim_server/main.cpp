@@ -27,6 +27,7 @@
 #include "sim_server/dynamics/choice/default_step.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/hand_path.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/build_world.hpp"

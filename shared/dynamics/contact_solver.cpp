@@ -162,27 +162,35 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
       });
 }
 
+constexpr std::size_t kRowsAChunk = 64;  // of 16 contacts each: fewer cost more than they share
+
 void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
   live.substep_s = substep_s;
   live.rates = {};
   live.rows.clear();
   live.group_end.clear();
+  live.is_live.resize(list.rows.size());
   for (const std::int32_t mover : bodies.changed)
     bodies.movers[static_cast<std::size_t>(mover)].contacts = 0.0F;
   bodies.changed.clear();
   for (const RowGroup& group : list.groups) {
     const bool is_plane = group.b == SideKind::kPlane;
     WithSides(group, [&]<class A, class B>(A, B) HWY_ATTR {
+      const auto locate = [&](std::size_t first, std::size_t end) HWY_ATTR {
+        for (std::size_t row = group.first + first; row < group.first + end; ++row) {
+          bool is_live = false;
+          for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
+            is_live = Locate(list.rows[row], list.places[row], bodies, is_plane, i) || is_live;
+          live.is_live[row] = is_live ? 1 : 0;
+          if constexpr (kInTurn<A, B>)
+            if (is_live) PrepareRow<A, B>(list, bodies, group, row, live);
+        }
+      };
+      live.sharing->for_each_chunk(group.end - group.first, kRowsAChunk, locate);
       for (std::size_t row = group.first; row < group.end; ++row) {
-        bool is_live = false;
-        for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
-          is_live = Locate(list.rows[row], list.places[row], bodies, is_plane, i) || is_live;
-        if (!is_live) continue;
+        if (live.is_live[row] == 0) continue;
         live.rows.push_back(static_cast<std::uint32_t>(row));
-        if constexpr (kInTurn<A, B>)
-          PrepareRow<A, B>(list, bodies, group, row, live);
-        else
-          CountContacts(list, bodies, group, row);
+        if constexpr (!kInTurn<A, B>) CountContacts(list, bodies, group, row);
       }
     });
     live.group_end.push_back(live.rows.size());
@@ -208,23 +216,27 @@ void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool 
   ApplyChanges(bodies);
 }
 
-void FinishRows(RowList& list, float h, const LiveRows& live) {
-  for (const std::uint32_t index : live.rows) {
-    const ContactRow& row = list.rows[index];
-    RowPlace& place = list.places[index];
-    for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes) {
-      const Column k = Get(place.stiffness_N_per_m, i), c = Get(place.damping_N_s_per_m, i);
-      const auto holds = hn::And(hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)),
-                                 hn::Eq(Get(row.viscous_s_per_m, i), All(0.0F)));
-      // The mean force is k times the mean stretch and c times its mean rate.
-      const Column per_force = All(2.0F) / hn::Max(k + All(2.0F / h) * c, All(1e-12F));
-      const Column3 stretch = Get(place.stretch_m, i), drag = Get(row.friction_impulse_N_s, i);
-      const Column3 end = stretch + per_force * (All(-1.0F / h) * drag - k * stretch);
-      Put({hn::IfThenElseZero(holds, end.x), hn::IfThenElseZero(holds, end.y),
-           hn::IfThenElseZero(holds, end.z)},
-          place.stretch_m, i);
-    }
+HWY_INLINE void FinishRow(const ContactRow& row, RowPlace& place, float h) {
+  for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes) {
+    const Column k = Get(place.stiffness_N_per_m, i), c = Get(place.damping_N_s_per_m, i);
+    const auto holds = hn::And(hn::Gt(Get(row.push_impulse_N_s, i), All(0.0F)),
+                               hn::Eq(Get(row.viscous_s_per_m, i), All(0.0F)));
+    // The mean force is k times the mean stretch and c times its mean rate.
+    const Column per_force = All(2.0F) / hn::Max(k + All(2.0F / h) * c, All(1e-12F));
+    const Column3 stretch = Get(place.stretch_m, i), drag = Get(row.friction_impulse_N_s, i);
+    const Column3 end = stretch + per_force * (All(-1.0F / h) * drag - k * stretch);
+    Put({hn::IfThenElseZero(holds, end.x), hn::IfThenElseZero(holds, end.y),
+         hn::IfThenElseZero(holds, end.z)},
+        place.stretch_m, i);
   }
+}
+
+void FinishRows(RowList& list, float h, const LiveRows& live) {
+  live.sharing->for_each_chunk(live.rows.size(), kRowsAChunk,
+                               [&](std::size_t first, std::size_t end) HWY_ATTR {
+                                 for (std::size_t k = first; k < end; ++k)
+                                   FinishRow(list.rows[live.rows[k]], list.places[live.rows[k]], h);
+                               });
 }
 
 }  // namespace stillgrid::dynamics::HWY_NAMESPACE

@@ -5,6 +5,7 @@
 
 #include "shared/dynamics/contact_row.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/work_sharing.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -24,6 +25,8 @@ namespace stillgrid::dynamics {
 struct LiveRows {
   float substep_s = 0.0F;
   ContactRates rates;  // largest of contacts that are solved at once
+  const WorkSharing* sharing = &WorkSharing::alone();
+  std::vector<std::uint8_t> is_live;  // all rows of the list
   std::vector<std::uint32_t> rows;
   std::vector<std::size_t> group_end;  // one for each of RowList::groups
 };

@@ -61,9 +61,12 @@ class Engine {
   Engine& operator=(const Engine&) = delete;
 
   /// Advances by a tick of tick_s. There is one pose in driven for each driven body, in the order
-  /// of the Description. As many substeps as stability asks for are taken if given_substeps is 0.
+  /// of the Description. given_substeps is 0 for the number that stability asks for.
   void step(std::span<const DrivenPose> driven = {}, double tick_s = kTick_s,
             int given_substeps = 0);
+
+  /// Shares the work of later ticks. Pre: sharing outlives the engine.
+  void share_work(const WorkSharing& sharing) { live_.sharing = &sharing; }
 
   /// Changes positions and velocities; contacts keep their friction, and all bodies wake. Pre: of
   /// this Description.

@@ -22,7 +22,6 @@
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
 #include "sim_server/dynamics/ticks/ticked_world.hpp"
-#include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
@@ -121,7 +120,9 @@ class Simulation {
                                                              std::size_t hand = 0);
 
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
-  void share_work(const Workers& /*workers*/) {}
+  void share_work(const WorkSharing& sharing) {
+    if (ticked_) ticked_->share_work(sharing);
+  }
 
   /// Makes later calls of step() throw std::domain_error when the world has gained energy that no
   /// tool and no prescribed body gave (EnergyWatch). Pre: only step() changes the world.

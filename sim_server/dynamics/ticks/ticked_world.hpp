@@ -58,6 +58,8 @@ class TickedWorld {
   /// Spheres that slept at the last write_sleep().
   [[nodiscard]] int sleeping_spheres() const noexcept { return sleeping_spheres_; }
 
+  /// Shares the work of later ticks. Pre: sharing outlives this.
+  void share_work(const WorkSharing& sharing) { engine_->share_work(sharing); }
   /// Measures losses from the next tick on.
   void count_losses() { engine_->count_losses(); }
 

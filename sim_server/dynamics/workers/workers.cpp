@@ -82,13 +82,12 @@ Workers::Workers(int threads) : threads_(threads_to_be_had(threads)) {
 
 Workers::~Workers() = default;
 
-const Workers& Workers::alone() {
-  static const Workers alone;
-  return alone;
-}
-
 void Workers::share(std::size_t chunks, void (*one)(const void*, std::size_t),
                     const void* work) const {
+  if (threads_ == 1 || chunks < 2) {
+    for (std::size_t i = 0; i < chunks; ++i) one(work, i);
+    return;
+  }
   arena_->arena.execute(
       [&] { tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) { one(work, i); }); });
 }
