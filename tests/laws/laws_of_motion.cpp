@@ -91,10 +91,13 @@ Frame frame_of(const std::string& variant) {
 /// or what solvers are asked to leave.
 double allowed_m(const scene::SceneDescription& scene, const LawCase& law_case,
                  const ToolPaths& paths) {
-  constexpr double kRounding_m = 1e-8;
-  const double left_m = 100.0 * scene.method.tolerance_m_s * law_case.duration_s;
-  const bool solves = !scene::is_explicit(scene.method.integrator);
-  return std::max({kRounding_m, solves ? left_m : 0.0, 100.0 * rounding_m(scene, law_case, paths)});
+  const double changed_m = rounding_m(scene, law_case, paths);
+  if (!scene::is_explicit(scene.method.integrator))
+    return std::max(
+        {1e-8, 100.0 * changed_m, 100.0 * scene.method.tolerance_m_s * law_case.duration_s});
+  // They round the impulses of contacts to floats.
+  constexpr double kFloatDigits = 1 << 29;
+  return std::max(5e-6, kFloatDigits * changed_m);
 }
 
 /// The bodies' centres in the frame of `scene`, those of a reversed list in its order.
