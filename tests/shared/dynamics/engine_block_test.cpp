@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/drawn_scene.hpp"
 #include "tests/sim_server/every_target.hpp"
 
@@ -33,7 +34,7 @@ std::size_t first_difference(const std::vector<std::byte>& a, const std::vector<
 TEST_CASE("A run through a saved block is equal to the bit, of a thousand drawn scenes",
           "[dynamics]") {
   std::size_t in_contact = 0;
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 1000 / tests::kCut; ++seed) {
     const DrawnScene drawn(seed);
     Engine whole = drawn.scene.engine(), first = drawn.scene.engine();
     Engine second = drawn.scene.engine();
@@ -50,7 +51,7 @@ TEST_CASE("A run through a saved block is equal to the bit, of a thousand drawn 
     };
     if (std::ranges::any_of(whole.listing().rows().rows, is_pressed)) ++in_contact;
   }
-  CHECK(in_contact > 800);  // else little was tried
+  CHECK(in_contact > 800 / tests::kCut);  // else little was tried
 }
 
 TEST_CASE("Every instruction set computes the same bytes", "[dynamics]") {
