@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "sim_server/contact/field_touch.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/ticks/described_world.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kRestRadii_s = 0.03;  // of the smallest radius or cell, a second
-constexpr double kRestSlip = 0.2;      // of the slip speed
 constexpr double kLongestLook_s = Sleeping::kRest_s / 8;  // so that several steps are looked at
 constexpr double kJoined = 0.01;  // of the smaller radius: a gap that still joins an island
 
@@ -74,22 +72,7 @@ Sleeping::Sleeping(const bodies::World& world)
     is_fixture_[body] =
         range.rigid >= 0 && !is_free(world, range) &&
         !bodies::is_moved(world.rigid_bodies[static_cast<std::size_t>(range.rigid)]);
-    if (!is_free(world, range) || range.sphere_count == 0) continue;
-    double speed_m_s = std::numeric_limits<double>::max();
-    for (int i = 0; i < range.sphere_count; ++i) {
-      const bodies::SphereBinding& sphere =
-          world.spheres[static_cast<std::size_t>(range.first_sphere + i)];
-      const collision::ContactMaterial& material =
-          world.materials[static_cast<std::size_t>(sphere.material)];
-      speed_m_s = std::min(speed_m_s, kRestSlip * material.slip_speed_m_s);
-      // A point's radius says nothing of its body.
-      if (!sphere.is_field_point) speed_m_s = std::min(speed_m_s, kRestRadii_s * sphere.radius_m);
-    }
-    rest_speed_m_s_[body] = speed_m_s;
-  }
-  for (const bodies::FieldBody& field : world.fields) {
-    double& speed_m_s = rest_speed_m_s_[static_cast<std::size_t>(field.body)];
-    speed_m_s = std::min(speed_m_s, kRestRadii_s * contact::cell_m(field));
+    rest_speed_m_s_[body] = dynamics::rest_speed_m_s(world, range);
   }
 }
 
