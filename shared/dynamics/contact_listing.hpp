@@ -65,12 +65,12 @@ class ContactListing {
     std::vector<ContactHistory> history;  // lanes
     std::vector<SleepingContact> sleeping;
   };
-  void save(Saved& saved, bool is_stale) const;
-  /// Throws std::invalid_argument where the numbers cannot be a listing of this Description. Only
-  /// contacts that sleep are checked of a stale one.
+  void save(Saved& saved) const;
+  /// Throws std::invalid_argument where the numbers cannot be a listing of this Description. Only a
+  /// stale one, which is listed anew before its first use, may be empty.
   void check(const Saved& saved, bool is_stale) const;
-  /// Pre: check(). A stale listing has no contacts but those that sleep.
-  void load(const Saved& saved, bool is_stale);
+  /// Pre: check().
+  void load(const Saved& saved);
 
   [[nodiscard]] RowList& rows() noexcept { return rows_; }
   [[nodiscard]] const RowList& rows() const noexcept { return rows_; }

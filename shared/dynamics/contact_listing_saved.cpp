@@ -67,10 +67,13 @@ void ContactListing::check(const Saved& saved, bool is_stale) const {
   for (const SleepingContact& contact : saved.sleeping)
     require(contact.first >= 0 && at(contact.first) < spheres && contact.second > contact.first &&
             at(contact.second) < spheres + description_.planes.size());
-  if (!is_stale) check_rows(saved);
+  const bool is_empty = saved.base.empty() && saved.order.empty() && saved.groups.empty() &&
+                        saved.sphere_a.empty() && saved.field_base.empty();
+  if (is_stale && is_empty) return;  // nothing was listed yet
+  check_rows(saved);
 }
 
-void ContactListing::save(Saved& saved, bool is_stale) const {
+void ContactListing::save(Saved& saved) const {
   saved.base.clear();
   saved.order.clear();
   saved.groups.clear();
@@ -79,7 +82,6 @@ void ContactListing::save(Saved& saved, bool is_stale) const {
   saved.sphere_b.clear();
   saved.history.clear();
   saved.sleeping = sleeping_contacts_;
-  if (is_stale) return;
   saved.base = base_;
   saved.order = order_;
   saved.groups = rows_.groups;
@@ -96,17 +98,9 @@ void ContactListing::save(Saved& saved, bool is_stale) const {
     }
 }
 
-void ContactListing::load(const Saved& saved, bool is_stale) {
+void ContactListing::load(const Saved& saved) {
   sleeping_contacts_ = saved.sleeping;
-  is_sleep_new_ = false;
-  if (is_stale) {
-    rows_.groups.clear();
-    rows_.rows.clear();
-    rows_.places.clear();
-    field_lanes_.clear();
-    sleeper_lanes_.clear();
-    return;
-  }
+  is_sleep_new_ = true;  // bodies may have woken since the saved listing
   base_ = saved.base;
   order_ = saved.order;
   field_base_ = saved.field_base;

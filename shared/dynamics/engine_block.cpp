@@ -105,7 +105,7 @@ void Engine::save(std::vector<std::byte>& block) const {
   each_array(state_, add, add);
   writer.add(sleep_.saved().rested_s);
   writer.add(sleep_.saved().island);
-  listing_.save(saved_, is_stale_);
+  listing_.save(saved_);
   writer.add(saved_.base);
   writer.add(saved_.order);
   writer.add(saved_.groups);
@@ -144,7 +144,7 @@ void Engine::load(std::span<const std::byte> block) {
   listing_.check(saved_, is_stale);
   sleep_.load(sleep);
   adopt_sleep();
-  listing_.load(saved_, is_stale);
+  listing_.load(saved_);
   if (!is_stale) adopt_listing();
   state_ = std::move(state);
   is_stale_ = is_stale;
