@@ -88,8 +88,7 @@ std::vector<std::pair<int, int>> SelfCollision::apart_spheres(const bodies::Worl
         for (const int b : spheres_of[static_cast<std::size_t>(neighbours_[k])])
           if (a < b) pairs.emplace_back(a, b);
   std::ranges::sort(pairs);
-  const auto [last, end] = std::ranges::unique(pairs);
-  pairs.erase(last, end);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
 

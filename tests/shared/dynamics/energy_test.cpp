@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "shared/dynamics/rigid_motion.hpp"
+#include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/drawn_scene.hpp"
 #include "tests/shared/dynamics/engine_scenes.hpp"
 
@@ -106,7 +107,7 @@ TEST_CASE("The energies of a ball that slides, rolls and bounces are accounted f
 }
 
 TEST_CASE("In drawn scenes losses and gifts are all that changes the energy", "[energy]") {
-  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+  for (std::uint64_t seed = 0; seed < 100 / tests::kCut; ++seed) {
     CAPTURE(seed);
     const DrawnScene drawn(seed);
     Engine engine = drawn.scene.engine();

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/field_scenes.hpp"
 #include "tests/sim_server/every_target.hpp"
 
@@ -263,7 +264,7 @@ std::vector<std::byte> block_of(const Engine& engine) {
 
 TEST_CASE("A run through a saved block is equal to the bit, with fields", "[dynamics][field]") {
   std::size_t in_contact = 0;
-  for (unsigned seed = 0; seed < 60; ++seed) {
+  for (unsigned seed = 0; seed < 60 / tests::kCut; ++seed) {
     const EngineScene scene = crowd(seed);
     Engine whole = scene.engine(), first = scene.engine(), second = scene.engine();
     const double half_s = 0.04 + 0.003 * seed;
@@ -278,11 +279,11 @@ TEST_CASE("A run through a saved block is equal to the bit, with fields", "[dyna
     const bool are_equal = block_of(second) == block_of(whole);
     REQUIRE(are_equal);
   }
-  CHECK(in_contact > 200);  // else little was tried
+  CHECK(in_contact > 200 / tests::kCut);  // else little was tried
 }
 
 TEST_CASE("Every instruction set computes the same bytes, with fields", "[dynamics][field]") {
-  for (unsigned seed = 0; seed < 6; ++seed) {
+  for (unsigned seed = 0; seed < (tests::kIsSanitized ? 1 : 6); ++seed) {
     std::vector<std::byte> before;
     sim_server::on_every_target([&] {
       Engine engine = crowd(seed).engine();
@@ -300,7 +301,7 @@ TEST_CASE("A block with any byte changed is refused or loaded, with fields", "[d
   Engine engine = crowd(3).engine();
   run(engine, 0.1);
   const std::vector<std::byte> block = block_of(engine);
-  for (std::size_t k = 0; k < block.size(); k += 17) {
+  for (std::size_t k = 0; k < block.size(); k += 17 * tests::kCut) {
     std::vector<std::byte> hostile = block;
     hostile[k] ^= std::byte{0xFF};
     try {
