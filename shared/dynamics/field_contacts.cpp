@@ -90,7 +90,7 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const auto scale = static_cast<float>(tangent.stiffness_scale);
     place.stiffness_N_per_m[lane.lane] = scale * lane.stiffness_N_per_m;
     place.damping_N_s_per_m[lane.lane] = scale * lane.damping_N_s_per_m;
-    lane.map_root = static_cast<float>(std::sqrt(std::max(kLeastMap, tangent.map_scale)));
+    lane.map_root = static_cast<float>(std::sqrt(std::max(kLeastMap, tangent.stiffness_scale)));
     scale_stretch(place, lane.lane, 1.0F / lane.map_root);
   }
 }

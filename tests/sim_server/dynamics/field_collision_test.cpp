@@ -68,14 +68,14 @@ TEST_CASE("Two bodies of fields that collide keep their momenta", "[field]") {
 }
 
 TEST_CASE("A collision of fields makes no energy, and the account closes", "[field]") {
-  // Explicit: what substeps err.
+  // Explicit: what substeps err, which shrinks by their square.
   struct Case {
     Way way;
     double made;  // of the energy at the start
   };
-  const Case own = GENERATE(Case{{IntegratorKind::kVelocityVerlet, 0.0053}, 0.01},
-                            Case{{IntegratorKind::kVelocityVerlet, 0.0011}, 0.005},
-                            Case{{IntegratorKind::kVelocityVerlet, 0.00023}, 0.005},
+  const Case own = GENERATE(Case{{IntegratorKind::kVelocityVerlet, 0.0053}, 0.006},
+                            Case{{IntegratorKind::kVelocityVerlet, 0.0011}, 0.002},
+                            Case{{IntegratorKind::kVelocityVerlet, 0.00023}, 0.0002},
                             Case{{IntegratorKind::kImplicitEuler, 0.0053}, 1e-9},
                             Case{{IntegratorKind::kImplicitEuler, 0.0011}, 1e-9});
   const auto seed = GENERATE(1U, 2U, 3U, 4U, 6U);
