@@ -69,6 +69,7 @@ Engine::Engine(Description description, SceneState state)
   bodies_.places.resize(description_.spheres.size());
   bodies_.arms.resize(description_.spheres.size());
   ways_m_.resize(description_.spheres.size());
+  is_listed_.resize(description_.spheres.size() + description_.nodes.size());
   smallest_length_m_ = std::numeric_limits<double>::infinity();
   for (const double length_m : listing_.lengths_m())
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
@@ -138,7 +139,7 @@ void Engine::substep(double h) {
   const Vector4 falls = h * Vector4(description_.gravity_m_s2);
   drift(0.5 * h);
   load_movers();
-  place_spheres(h);
+  place_spheres(std::span(other_spheres_).first(listed_others_), h);
   start_balls(balls_, state_, bodies_, h, h * h * description_.gravity_m_s2.norm());
   fields_.place(listing_, state_, bodies_, h);
   prepare_rows(rows, bodies_, step, live_);
@@ -164,7 +165,7 @@ void Engine::substep(double h) {
 void Engine::list_contacts(double tick_s) {
   listing_.list(state_, tick_s);
   adopt_listing();
-  place_spheres(tick_s);
+  place_spheres(other_spheres_, tick_s);
   is_stale_ = false;
 }
 

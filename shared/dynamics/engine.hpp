@@ -117,7 +117,7 @@ class Engine {
   [[nodiscard]] bool listing_holds(double tick_s);
   void drift(double duration_s);
   void load_movers();
-  void place_spheres(double substep_s);
+  void place_spheres(std::span<const OtherSphere> spheres, double substep_s);
   void list_contacts(double tick_s);
   bool measure_ways(double tick_s);
   [[nodiscard]] int substeps_of_pair(const RowPlace& place, std::size_t lane, bool is_plane,
@@ -125,8 +125,9 @@ class Engine {
   [[nodiscard]] int substeps_by_speed(double tick_s);
   [[nodiscard]] static int substeps_of_path(double lengths);
   void adopt_listing();
+  void note_listed();
   void sum_forces();
-  void apply_forces(double duration_s);
+  void apply_forces(double duration_s, const Vector4& falls_m_s);
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
   void note_reactions();
@@ -171,7 +172,10 @@ class Engine {
   std::vector<PoseOfOther> poses_of_others_;  // entries of balls are unused
   std::vector<Wrench> wrenches_;              // on rigid bodies; empty without joints
   BallList balls_;
-  std::vector<OtherSphere> other_spheres_;
+  std::vector<OtherSphere> other_spheres_;  // those of listed contacts first
+  std::size_t listed_others_ = 0;
+  std::vector<std::int32_t> listed_nodes_;     // awake ones of spheres of listed contacts
+  std::vector<std::uint8_t> is_listed_;        // scratch: spheres in order(), then nodes
   std::vector<std::size_t> driven_;            // rigid bodies
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_

@@ -39,9 +39,8 @@ void Engine::drift(double h) {
 }
 
 void Engine::load_movers() {
-  for (const auto& [first, end] : awake_nodes_)
-    for (std::size_t i = first; i < end; ++i)
-      set_vector(bodies_.movers[i].velocity_m_s, state_.node_velocity_m_s[i]);
+  for (const std::int32_t node : listed_nodes_)
+    set_vector(bodies_.movers[at(node)].velocity_m_s, state_.node_velocity_m_s[at(node)]);
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
     set_vector(bodies_.movers[m].velocity_m_s, state_.rigid_velocity_m_s[r]);
@@ -64,11 +63,12 @@ void Engine::sum_forces() {
   add_joint_forces(awake_joints_, state_, forces_N_, wrenches_);
 }
 
-void Engine::apply_forces(double h) {
+void Engine::apply_forces(double h, const Vector4& falls) {
   each_awake_node([&](std::size_t i) {
     if (description_.nodes[i].is_pinned) return;
     Vector4& velocity = state_.node_velocity_m_s[i];
     velocity = velocity + (h / description_.nodes[i].mass_kg) * forces_N_[i];
+    velocity = velocity + falls;
   });
   if (wrenches_.empty()) return;
   for (const std::int32_t rigid : others()) {
@@ -87,12 +87,9 @@ void Engine::apply_forces(double h) {
 /// body at rest between springs and contacts would be damped.
 void Engine::kick(double h, const Vector4& falls) {
   sum_forces();
-  apply_forces(h);
-  each_awake_node([&](std::size_t i) {
-    Vector4& velocity = state_.node_velocity_m_s[i];
-    if (!description_.nodes[i].is_pinned) velocity = velocity + falls;
-    set_vector(bodies_.movers[i].velocity_m_s, velocity);
-  });
+  apply_forces(h, falls);
+  for (const std::int32_t node : listed_nodes_)
+    set_vector(bodies_.movers[at(node)].velocity_m_s, state_.node_velocity_m_s[at(node)]);
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid), m = at(listing_.mover_of_rigid()[r]);
     if (driven_of_rigid_[r] >= 0) continue;
@@ -105,10 +102,10 @@ void Engine::kick(double h, const Vector4& falls) {
 
 /// Floats carry only the changes of a substep, so that velocities keep all their digits.
 void Engine::apply_impulses() {
-  each_awake_node([&](std::size_t i) {
-    Vector4& velocity = state_.node_velocity_m_s[i];
-    velocity = velocity + change_since(velocity, bodies_.movers[i].velocity_m_s);
-  });
+  for (const std::int32_t node : listed_nodes_) {
+    Vector4& velocity = state_.node_velocity_m_s[at(node)];
+    velocity = velocity + change_since(velocity, bodies_.movers[at(node)].velocity_m_s);
+  }
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid);
     if (driven_of_rigid_[r] >= 0) continue;

@@ -13,7 +13,7 @@ std::size_t at(std::int32_t index) {
 
 }  // namespace
 
-void Engine::place_spheres(double h) {
+void Engine::place_spheres(std::span<const OtherSphere> spheres, double h) {
   const double falls = h * h * description_.gravity_m_s2.norm();
   for (const std::int32_t rigid : others()) {
     const std::size_t r = at(rigid);
@@ -21,7 +21,7 @@ void Engine::place_spheres(double h) {
                            state_.rigid_velocity_m_s[r].vector().norm(),
                            state_.angular_velocity_rad_s[r].vector().norm()};
   }
-  for (const OtherSphere& sphere : other_spheres_) {
+  for (const OtherSphere& sphere : spheres) {
     SpherePlace& place = bodies_.places[at(sphere.place)];
     Vector4 moved = -1.0 * sphere.base;
     double speed = 0.0;
@@ -51,7 +51,7 @@ bool Engine::listing_holds(double tick_s) {
   if (is_stale_ || !stay_within(balls_, state_, tick_s, falls) ||
       !fields_.stay_within(listing_, state_, tick_s))
     return false;
-  place_spheres(tick_s);
+  place_spheres(other_spheres_, tick_s);
   bool holds = true;
   for (const OtherSphere& sphere : other_spheres_) {
     const SpherePlace& place = bodies_.places[at(sphere.place)];
@@ -60,6 +60,34 @@ bool Engine::listing_holds(double tick_s) {
     holds = holds && way < sphere.base.w;
   }
   return holds;
+}
+
+/// Finds the spheres and nodes that contacts may move: most of a soft body is near nothing.
+void Engine::note_listed() {
+  std::ranges::fill(is_listed_, 0);
+  const std::size_t spheres = description_.spheres.size();
+  const RowList& list = listing_.rows();
+  for (const RowGroup& group : list.groups)
+    for (std::size_t row = group.first; row < group.end; ++row)
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+        const std::int32_t a = list.places[row].sphere_a[lane], b = list.places[row].sphere_b[lane];
+        if (a < 0) continue;
+        is_listed_[at(a)] = 1;
+        if (group.b != SideKind::kPlane && at(b) < spheres) is_listed_[at(b)] = 1;  // else a field
+      }
+  const auto is_listed = [&](const OtherSphere& sphere) {
+    return is_listed_[at(sphere.place)] != 0;
+  };
+  const auto unlisted =
+      std::stable_partition(other_spheres_.begin(), other_spheres_.end(), is_listed);
+  listed_others_ = static_cast<std::size_t>(unlisted - other_spheres_.begin());
+  for (const OtherSphere& sphere : std::span(other_spheres_).first(listed_others_))
+    for (std::size_t n = 0; n < at(sphere.node_count); ++n)
+      is_listed_[spheres + at(sphere.nodes[n])] = 1;
+  listed_nodes_.clear();
+  each_awake_node([&](std::size_t i) {
+    if (is_listed_[spheres + i] != 0) listed_nodes_.push_back(static_cast<std::int32_t>(i));
+  });
 }
 
 /// Sets what stays as it is from listing to listing.
@@ -90,6 +118,7 @@ void Engine::adopt_listing() {
     balls_.radius_m.push_back(static_cast<float>(description_.spheres[s].radius_m));
     balls_.base.push_back(listing_.base()[k]);
   }
+  note_listed();
   for (std::size_t i = 0; i < nodes; ++i) {
     const Description::Node& node = description_.nodes[i];
     bodies_.movers[i].inverse_mass_per_kg =
