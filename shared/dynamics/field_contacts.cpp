@@ -6,7 +6,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kLeastMap = 1e-6;  // of a map of stiffness, whose root divides
+constexpr double kLeastScale = 1e-6;  // of stiffness; its root divides
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -90,8 +90,9 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const auto scale = static_cast<float>(tangent.stiffness_scale);
     place.stiffness_N_per_m[lane.lane] = scale * lane.stiffness_N_per_m;
     place.damping_N_s_per_m[lane.lane] = scale * lane.damping_N_s_per_m;
-    lane.map_root = static_cast<float>(std::sqrt(std::max(kLeastMap, tangent.stiffness_scale)));
-    scale_stretch(place, lane.lane, 1.0F / lane.map_root);
+    lane.stiffness_root =
+        static_cast<float>(std::sqrt(std::max(kLeastScale, tangent.stiffness_scale)));
+    scale_stretch(place, lane.lane, 1.0F / lane.stiffness_root);
   }
 }
 
@@ -120,7 +121,7 @@ double FieldContacts::energy_J(const ContactListing& listing, const SceneState& 
 
 void FieldContacts::finish(ContactListing& listing) {
   for (const FieldLane& lane : listing.field_lanes())
-    scale_stretch(listing.rows().places[lane.row], lane.lane, lane.map_root);
+    scale_stretch(listing.rows().places[lane.row], lane.lane, lane.stiffness_root);
 }
 
 }  // namespace stillgrid::dynamics

@@ -14,7 +14,7 @@ struct FieldLane {
   std::int32_t place = 0, field = 0;  // place of the sphere; index of the field
   double radius_m = 0.0;              // the sphere's
   float stiffness_N_per_m = 0.0F, damping_N_s_per_m = 0.0F;  // without scale
-  float map_root = 1.0F;  // root of the map's scale at the last evaluation
+  float stiffness_root = 1.0F;  // root of the scale of stiffness at the last evaluation
 };
 
 /// Pose of a field when contacts were listed.
