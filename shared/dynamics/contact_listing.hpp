@@ -44,8 +44,8 @@ class ContactListing {
     is_sleep_new_ = true;
   }
 
-  /// History of a contact that sleeps, of two spheres or of a sphere and a plane counted behind the
-  /// spheres, smaller first. It acts on the first.
+  /// History of a contact that sleeps, of two spheres or of a sphere and a plane or field, which
+  /// are counted behind the spheres, planes first; smaller first. It acts on the first.
   struct SleepingContact {
     std::int32_t first, second;
     ContactHistory history;
@@ -96,13 +96,17 @@ class ContactListing {
   [[nodiscard]] std::span<const FieldLane> field_lanes() const noexcept { return field_lanes_; }
   /// Poses of fields at the last listing.
   [[nodiscard]] std::span<const FieldBase> field_base() const noexcept { return field_base_; }
-  /// Lanes of contacts of which one sphere sleeps.
+  /// The field of side b of a lane. Pre: is_field(sphere_b).
+  [[nodiscard]] const Description::Field& field_of(std::int32_t sphere_b) const {
+    const auto slot = static_cast<std::size_t>(sphere_b) - description_.spheres.size();
+    return description_.fields[static_cast<std::size_t>(field_lanes_[slot].field)];
+  }
+  /// Lanes of contacts of which one side sleeps.
   [[nodiscard]] std::span<const Lane> sleeper_lanes() const noexcept { return sleeper_lanes_; }
   [[nodiscard]] std::span<const SleepingContact> sleeping_contacts() const noexcept {
     return sleeping_contacts_;
   }
-  /// Stiffness of the contact of two spheres without tools, or of a sphere and a plane counted
-  /// behind the spheres, N/m.
+  /// Stiffness of a SleepingContact without the scale of a field, N/m.
   [[nodiscard]] double stiffness_N_per_m(std::int32_t first, std::int32_t second) const;
   /// Rigid bodies of rigid_order() that are awake: the first ones.
   [[nodiscard]] std::size_t rigid_awake() const noexcept { return rigid_awake_; }
@@ -158,6 +162,9 @@ class ContactListing {
   [[nodiscard]] std::size_t movers_of(std::int32_t place, std::int32_t* movers) const;
   [[nodiscard]] bool sleeps(std::int32_t sphere) const {
     return !sleeps_.empty() && sleeps_[static_cast<std::size_t>(sphere)] != 0;
+  }
+  [[nodiscard]] bool rigid_sleeps(std::int32_t rigid) const {
+    return !rigid_sleeps_.empty() && rigid_sleeps_[static_cast<std::size_t>(rigid)] != 0;
   }
   [[nodiscard]] bool is_still(std::int32_t number) const;
   void add_sleepers();

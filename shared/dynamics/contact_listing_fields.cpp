@@ -50,6 +50,8 @@ void ContactListing::bound_field_ways(const SceneState& state, double tick_s) {
 
 void ContactListing::gather_fields(const SceneState& state) {
   const auto fields = static_cast<std::int32_t>(description_.fields.size());
+  const auto first_field =
+      static_cast<std::int32_t>(description_.spheres.size() + description_.planes.size());
   for (std::int32_t f = 0; f < fields; ++f) {
     const Description::Field& field = description_.fields[at(f)];
     if (state.is_here[at(field.rigid)] == 0) continue;
@@ -59,7 +61,9 @@ void ContactListing::gather_fields(const SceneState& state) {
     ball.w = field_radius_m(field) + margin_m;
     near_field_.clear();
     pairs_.append_near(ball, near_field_);
+    const bool is_field_still = is_still(first_field + f);
     for (const std::int32_t place : near_field_) {
+      if (is_field_still && is_still(order_[at(place)])) continue;
       const Vector4& base = base_[at(place)];
       const double within_m = near_spheres_[at(place)].radius_m + base.w;
       const double far_m = within_m + ball.w;

@@ -65,9 +65,15 @@ void ContactListing::remember() {
   first_known_.front() = 0;
 }
 
-/// Whether a sphere, or a plane counted behind the spheres, stays where it is.
+/// Whether a sphere, a plane or a field, counted as in Key, stays where it is.
 bool ContactListing::is_still(std::int32_t number) const {
-  if (at(number) >= description_.spheres.size() || sleeps(number)) return true;
+  const std::size_t spheres = description_.spheres.size(),
+                    first_field = spheres + description_.planes.size();
+  if (at(number) >= first_field) {
+    const int rigid = description_.fields[at(number) - first_field].rigid;
+    return rigid_sleeps(rigid) || description_.rigid_bodies[at(rigid)].is_fixture;
+  }
+  if (at(number) >= spheres || sleeps(number)) return true;
   const std::int32_t rigid = description_.spheres[at(number)].rigid;
   return rigid >= 0 && description_.rigid_bodies[at(rigid)].is_fixture;
 }
@@ -86,13 +92,15 @@ void ContactListing::add_sleepers() {
 void ContactListing::list_sleeper_lanes() {
   sleeper_lanes_.clear();
   if (sleeps_.empty()) return;
+  const auto is_asleep = [&](std::int32_t b) {
+    return is_field(b) ? rigid_sleeps(field_of(b).rigid) : sleeps(order_[at(b)]);
+  };
   for (const RowGroup& group : rows_.groups) {
     if (group.b == SideKind::kPlane) continue;
     for (std::size_t row = group.first; row < group.end; ++row)
       for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-        if (is_used(row, lane) && !is_field(rows_.places[row].sphere_b[lane]) &&
-            (sleeps(order_[at(rows_.places[row].sphere_a[lane])]) ||
-             sleeps(order_[at(rows_.places[row].sphere_b[lane])])))
+        if (is_used(row, lane) && (sleeps(order_[at(rows_.places[row].sphere_a[lane])]) ||
+                                   is_asleep(rows_.places[row].sphere_b[lane])))
           sleeper_lanes_.push_back(
               {static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(lane)});
   }
@@ -101,8 +109,10 @@ void ContactListing::list_sleeper_lanes() {
 double ContactListing::stiffness_N_per_m(std::int32_t first, std::int32_t second) const {
   const std::size_t spheres = description_.spheres.size();
   const int a = description_.spheres[at(first)].material;
-  const int b = at(second) < spheres ? description_.spheres[at(second)].material
-                                     : description_.planes[at(second) - spheres].material;
+  const std::size_t first_field = spheres + description_.planes.size();
+  const int b = at(second) < spheres       ? description_.spheres[at(second)].material
+                : at(second) < first_field ? description_.planes[at(second) - spheres].material
+                                           : description_.fields[at(second) - first_field].material;
   return constants_[at(a) * description_.materials.size() + at(b)].stiffness_N_per_m;
 }
 

@@ -162,8 +162,6 @@ void validate(const Description& description) {
     require(is_index(description.planes[i].material, description.materials),
             "unknown material of plane", i);
   for (std::size_t i = 0; i < description.bodies.size(); ++i) validate_body(description, i);
-  require(description.bodies.empty() || description.fields.empty(),
-          "expected no bodies that sleep in a scene with field", 0);
 }
 
 }  // namespace stillgrid::dynamics

@@ -80,6 +80,10 @@ Engine::Engine(Description description, SceneState state)
       const auto& body = description_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
       may_pass_ = may_pass_ && (!body.is_driven || body.is_fixture);
     }
+  for (const Description::Field& field : description_.fields) {
+    const auto& body = description_.rigid_bodies[static_cast<std::size_t>(field.rigid)];
+    may_pass_ = may_pass_ && (!body.is_driven || body.is_fixture);
+  }
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   awake_nodes_.reserve(description_.bodies.size() + 2);
   awake_joints_.reserve(description_.joints.size());

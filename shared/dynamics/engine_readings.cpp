@@ -22,17 +22,31 @@ double square_of(double x, double y, double z) {
   return x * x + y * y + z * z;
 }
 
-/// Depth of a contact of two spheres, or of a sphere and a plane counted behind the spheres.
-double depth_of_m(const Description& description, const SceneState& state, std::int32_t first,
-                  std::int32_t second) {
+/// Of a depth; of a gap zero.
+double square_of(double depth_m) {
+  return depth_m > 0.0 ? depth_m * depth_m : 0.0;
+}
+
+/// Square of the depth of a SleepingContact. That with a field is scaled by its map.
+double square_depth_m2(const Description& description, const SceneState& state, std::int32_t first,
+                       std::int32_t second) {
   const Description::Sphere& a = description.spheres[at(first)];
   const Eigen::Vector3d centre = sphere_position_m(a, state).vector();
-  if (at(second) >= description.spheres.size()) {
-    const Description::Plane& plane = description.planes[at(second) - description.spheres.size()];
-    return a.radius_m - (plane.normal.dot(centre) - plane.offset_m);
+  const std::size_t spheres = description.spheres.size(),
+                    first_field = spheres + description.planes.size();
+  if (at(second) >= first_field) {
+    const Description::Field& field = description.fields[at(second) - first_field];
+    const TangentSphere tangent =
+        tangent_sphere(field, field_pose(field, state), centre, a.radius_m);
+    return tangent.map_scale * square_of(tangent.depth_m);
+  }
+  if (at(second) >= spheres) {
+    const Description::Plane& plane = description.planes[at(second) - spheres];
+    return square_of(a.radius_m - (plane.normal.dot(centre) - plane.offset_m));
   }
   const Description::Sphere& b = description.spheres[at(second)];
-  return a.radius_m + b.radius_m - (centre - sphere_position_m(b, state).vector()).norm();
+  return square_of(a.radius_m + b.radius_m -
+                   (centre - sphere_position_m(b, state).vector()).norm());
 }
 
 }  // namespace
@@ -58,18 +72,20 @@ double Engine::contact_energy_J() const {
 double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) const {
   double sum_J = fields_.energy_J(listing, state_, rigid);
   const auto spheres = static_cast<std::int32_t>(description_.spheres.size());
+  const auto first_field = spheres + static_cast<std::int32_t>(description_.planes.size());
   const auto add = [&](std::int32_t first, std::int32_t second, double stiffness_N_per_m,
                        double stretch_square_m2) {
-    const bool is_plane = second >= spheres;
     const int a = description_.spheres[at(first)].rigid;
-    const int b = is_plane ? -1 : description_.spheres[at(second)].rigid;
+    const int b = second < spheres       ? description_.spheres[at(second)].rigid
+                  : second < first_field ? -1
+                                         : description_.fields[at(second - first_field)].rigid;
     const auto is_driven = [&](int r) {
       return r >= 0 && description_.rigid_bodies[at(r)].is_driven;
     };
     // No energy of the scene is between two driven bodies.
     if ((rigid >= 0 && a != rigid && b != rigid) || (is_driven(a) && is_driven(b))) return;
-    const double depth_m = std::max(0.0, depth_of_m(description_, state_, first, second));
-    sum_J += 0.5 * stiffness_N_per_m * (depth_m * depth_m + stretch_square_m2);
+    sum_J += 0.5 * stiffness_N_per_m *
+             (square_depth_m2(description_, state_, first, second) + stretch_square_m2);
   };
   each_contact(listing.rows(), [&](const RowGroup& group, std::size_t row, std::size_t lane) {
     const RowPlace& place = listing.rows().places[row];

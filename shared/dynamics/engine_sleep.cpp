@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "shared/dynamics/engine.hpp"
+#include "shared/dynamics/field_geometry.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
@@ -77,6 +78,10 @@ bool Engine::is_clear_of_sleepers(const Description::Sphere& sphere, double tick
     is_clear = is_clear && least_distance_m(way.from_m - still.vector(), way.path_m) >
                                sphere.radius_m + still.w;
   });
+  for (const Description::Field& field : description_.fields)
+    is_clear = is_clear && (field.rigid == sphere.rigid ||
+                            !may_touch(field, field_pose(field, state_).into(way.from_m),
+                                       sphere.radius_m, way.path_m.norm()));
   return is_clear;
 }
 

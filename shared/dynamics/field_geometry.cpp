@@ -14,15 +14,16 @@ Eigen::Array3d array(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Array3f>(v.data()).cast<double>();
 }
 
-/// Distance of a point to the box of the bricks, in which the solid lies.
-double off_bricks_m(const proto::FieldShape& shape, const Eigen::Vector3d& point_m) {
+/// The nearest point in the box of the bricks, in which the solid lies.
+Eigen::Vector3d nearest_in_bricks_m(const proto::FieldShape& shape,
+                                    const Eigen::Vector3d& point_m) {
+  constexpr double kWithin = 1.0 - 1e-6;  // the upper sides have no sample
   const Eigen::Array3d low_m = array(shape.lowest_m);
   const Eigen::Array3d high_m =
       low_m +
-      double{shape.brick_m} *
+      kWithin * double{shape.brick_m} *
           Eigen::Map<const Eigen::Array<std::uint32_t, 3, 1>>(shape.bricks.data()).cast<double>();
-  const Eigen::Array3d at_m = point_m.array();
-  return (at_m - at_m.max(low_m).min(high_m)).matrix().norm();
+  return point_m.array().max(low_m).min(high_m).matrix();
 }
 
 }  // namespace
@@ -66,9 +67,16 @@ double field_motion_m(const Description::Field& field, const FieldPose& from, co
   return (to.position_m - from.position_m + turn * centre_m).norm() + chord * field_radius_m(field);
 }
 
+bool may_touch(const Description::Field& field, const Eigen::Vector3d& point_m, double radius_m,
+               double path_m) {
+  const Eigen::Vector3d in_bricks_m = nearest_in_bricks_m(field.distance->shape(), point_m);
+  const double off_m = (point_m - in_bricks_m).norm();
+  return off_m <= path_m && least_distance_m(field, in_bricks_m) <= radius_m + off_m + path_m;
+}
+
 double least_distance_m(const Description::Field& field, const Eigen::Vector3d& point_m) {
   const proto::FieldShape& shape = field.distance->shape();
-  const double off_m = off_bricks_m(shape, point_m);
+  const double off_m = (point_m - nearest_in_bricks_m(shape, point_m)).norm();
   if (off_m > 0.0) return off_m + field_cell_m(field);  // bricks reach farther than that
   const auto own = collision::sample(field.distance->view(), point_m);
   if (!own) return 0.0;

@@ -46,6 +46,11 @@ struct TangentSphere {
 /// Bounds how far any point of the solid has moved from one pose to another.
 [[nodiscard]] double field_motion_m(const Description::Field& field, const FieldPose& from,
                                     const FieldPose& to);
+/// Returns false where the field cannot push a sphere that moves by path_m from point_m, in the
+/// field's frame. Nothing pushes off the bricks. Realtime: yes.
+[[nodiscard]] bool may_touch(const Description::Field& field, const Eigen::Vector3d& point_m,
+                             double radius_m, double path_m);
+
 /// Returns a lower bound of the distance between a point of the field's frame and the solid.
 /// Negative where the point may be inside.
 [[nodiscard]] double least_distance_m(const Description::Field& field,

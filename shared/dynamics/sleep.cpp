@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "shared/dynamics/field_geometry.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
@@ -27,6 +28,20 @@ double gap_m(const RowPlace& place, const ContactBodies& bodies, std::size_t lan
     square += apart * apart;
   }
   return std::sqrt(square) - static_cast<double>(place.radii_m[lane]);
+}
+
+/// Whether two spheres touch within a tick in which one of them falls as well.
+bool may_touch(const Description::Sphere& a, const Description::Sphere& b, const SceneState& state,
+               const Eigen::Vector3d& falls_m, double tick_s) {
+  const SpherePath path_a = sphere_path(a, state, tick_s), path_b = sphere_path(b, state, tick_s);
+  return least_distance_m(path_a.from_m - path_b.from_m, path_a.path_m - path_b.path_m + falls_m) <=
+         a.radius_m + b.radius_m;
+}
+bool may_touch(const Description::Sphere& sphere, const Description::Field& field,
+               const SceneState& state, double falls_m, double tick_s) {
+  const SpherePath path = sphere_path(sphere, state, tick_s);
+  return may_touch(field, field_pose(field, state).into(path.from_m), sphere.radius_m,
+                   path.path_m.norm() + tick_s * field_speed_m_s(field, state) + falls_m);
 }
 
 }  // namespace
@@ -162,15 +177,17 @@ void Sleep::join_contacts(const ContactListing& listing, const ContactBodies& bo
       for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
         const RowPlace& place = list.places[row];
         if (place.stiffness_N_per_m[lane] == 0.0F) continue;  // an unused lane
-        if (listing.is_field(place.sphere_b[lane])) continue;
         const std::size_t a = at(listing.order()[at(place.sphere_a[lane])]);
-        const std::size_t b = at(listing.order()[at(place.sphere_b[lane])]);
-        const Description::Sphere &sphere_a = description_.spheres[a],
-                                  &sphere_b = description_.spheres[b];
-        if (is_fixture(sphere_a.rigid) || is_fixture(sphere_b.rigid)) continue;
-        if (body_of_sphere_[a] == body_of_sphere_[b]) continue;
-        if (gap_m(place, bodies, lane) <= kJoined * std::min(sphere_a.radius_m, sphere_b.radius_m))
-          join(body_of_sphere_[a], body_of_sphere_[b]);
+        const std::int32_t b = place.sphere_b[lane], other = other_body(listing, b);
+        const bool is_field = listing.is_field(b);
+        const std::size_t sphere_b = is_field ? a : at(listing.order()[at(b)]);
+        const int rigid_b =
+            is_field ? listing.field_of(b).rigid : description_.spheres[sphere_b].rigid;
+        if (is_fixture(description_.spheres[a].rigid) || is_fixture(rigid_b)) continue;
+        if (body_of_sphere_[a] == other) continue;
+        const std::span<const double> lengths_m = listing.lengths_m();
+        if (gap_m(place, bodies, lane) <= kJoined * std::min(lengths_m[a], lengths_m[sphere_b]))
+          join(body_of_sphere_[a], other);
       }
   }
 }
@@ -215,8 +232,12 @@ void Sleep::lay_down(std::size_t b, SceneState& state) {
   state.angular_velocity_rad_s[at(body.rigid)] = {};
 }
 
-bool Sleep::wake(std::int32_t sphere) {
-  const std::int32_t sleeper = body_of_sphere_[at(sphere)];
+std::int32_t Sleep::other_body(const ContactListing& listing, std::int32_t sphere_b) const {
+  if (listing.is_field(sphere_b)) return body_of_rigid_[at(listing.field_of(sphere_b).rigid)];
+  return body_of_sphere_[at(listing.order()[at(sphere_b)])];
+}
+
+bool Sleep::wake(std::int32_t sleeper) {
   if (sleeper < 0 || !is_sleeping(at(sleeper))) return false;
   const std::int32_t island = saved_.island[at(sleeper)];
   for (std::size_t body = 0; body < saved_.island.size(); ++body) {
@@ -240,16 +261,17 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
   for (const ContactListing::Lane& lane : listing.sleeper_lanes()) {
     const RowPlace& place = listing.rows().places[lane.row];
     const std::int32_t a = listing.order()[at(place.sphere_a[lane.lane])];
-    const std::int32_t b = listing.order()[at(place.sphere_b[lane.lane])];
-    const SpherePath path_a = sphere_path(description_.spheres[at(a)], state, tick_s);
-    const SpherePath path_b = sphere_path(description_.spheres[at(b)], state, tick_s);
+    const std::int32_t b = place.sphere_b[lane.lane];
+    const Description::Sphere& sphere = description_.spheres[at(a)];
     const Eigen::Vector3d falls_m =
         (sphere_sleeps_[at(a)] != 0 ? -1.0 : 1.0) * tick_s * tick_s * description_.gravity_m_s2;
-    if (least_distance_m(path_a.from_m - path_b.from_m, path_a.path_m - path_b.path_m + falls_m) >
-        description_.spheres[at(a)].radius_m + description_.spheres[at(b)].radius_m)
-      continue;
-    woke = wake(a) || woke;
-    woke = wake(b) || woke;
+    const bool touches = listing.is_field(b)
+                             ? may_touch(sphere, listing.field_of(b), state, falls_m.norm(), tick_s)
+                             : may_touch(sphere, description_.spheres[at(listing.order()[at(b)])],
+                                         state, falls_m, tick_s);
+    if (!touches) continue;
+    woke = wake(body_of_sphere_[at(a)]) || woke;
+    woke = wake(other_body(listing, b)) || woke;
   }
   return woke;
 }

@@ -43,8 +43,6 @@ class Sleep {
   /// Wakes the islands of all sleeping bodies that a sphere awake would touch in the tick. Returns
   /// whether one woke.
   bool wake_touched(const SceneState& state, const ContactListing& listing, double tick_s);
-  /// Wakes the island of a sphere, if it sleeps.
-  bool wake(std::int32_t sphere);
   void wake_all();
 
   [[nodiscard]] bool is_sleeping(std::size_t body) const { return saved_.island[body] >= 0; }
@@ -63,10 +61,14 @@ class Sleep {
   [[nodiscard]] double loss_J() const noexcept { return loss_J_; }
 
  private:
+  /// Wakes the island of a body, if it sleeps. -1: of none.
+  bool wake(std::int32_t body);
   bool note_speeds(const SceneState& state, double tick_s);
   void join_contacts(const ContactListing& listing, const ContactBodies& bodies);
   void join_joints();
   void join(std::int32_t body, std::int32_t other);
+  /// The body of side b of a lane that is no plane; -1: it never sleeps.
+  [[nodiscard]] std::int32_t other_body(const ContactListing& listing, std::int32_t sphere_b) const;
   void disturb(std::int32_t body) { is_restless_[static_cast<std::size_t>(root(body))] = 1; }
   std::int32_t root(std::int32_t body);
   void lay_down(std::size_t body, SceneState& state);

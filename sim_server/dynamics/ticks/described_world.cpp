@@ -166,8 +166,7 @@ DescribedWorld described(const bodies::World& world, std::span<const scene::Hand
   add_static(world, described);
   add_tools(world, hands, described);
   described.description.apart_spheres = contact::SelfCollision(world).apart_spheres(world);
-  // Contacts with fields do not wake yet.
-  if (may_sleep && world.fields.empty()) add_sleepers(world, described);
+  if (may_sleep) add_sleepers(world, described);
   for (const auto& [a, b] : world.apart)
     if (a < b) described.description.apart.emplace_back(a, b);
   return described;

@@ -84,8 +84,7 @@ TEST_CASE("A body of points rests on a plane as deep as they share its weight, a
   CHECK((body(simulation).position_m - rested_m).norm() < 1e-8);
 }
 
-TEST_CASE("A box on a box of fields rests, without creep, and sleeps by implicit Euler",
-          "[field]") {
+TEST_CASE("A box on a box of fields rests, without creep, and sleeps", "[field]") {
   const Way way = every_way();
   const double mass_kg = 0.137, stiffness_N_per_m = 2100.0;
   const auto box_at = [&](const Vector3d& at_m) {
@@ -111,8 +110,7 @@ TEST_CASE("A box on a box of fields rests, without creep, and sleeps by implicit
 
   CHECK((body(simulation, 1).position_m - rested_m).norm() < 1e-6);
   const bool sleeps = simulation.world().bodies[1].is_sleeping;
-  // The engine has no sleep in scenes with fields yet.
-  CHECK(sleeps == !scene::is_explicit(way.integrator));
+  CHECK(sleeps);
 }
 
 TEST_CASE("Friction holds a body of a field on a slope that is a field, and lets it go beyond",
