@@ -44,8 +44,8 @@ class ContactListing {
     is_sleep_new_ = true;
   }
 
-  /// History of a contact that sleeps, of two spheres or of a sphere and a plane or field, which
-  /// are counted behind the spheres, planes first; smaller first. It acts on the first.
+  /// History of a contact that sleeps: of a sphere, and of a second sphere, a plane or a field.
+  /// Spheres, planes and fields are counted on; first < second. It acts on the first.
   struct SleepingContact {
     std::int32_t first, second;
     ContactHistory history;

@@ -92,7 +92,7 @@ void ContactListing::add_sleepers() {
 void ContactListing::list_sleeper_lanes() {
   sleeper_lanes_.clear();
   if (sleeps_.empty()) return;
-  const auto is_asleep = [&](std::int32_t b) {
+  const auto sleeps_b = [&](std::int32_t b) {
     return is_field(b) ? rigid_sleeps(field_of(b).rigid) : sleeps(order_[at(b)]);
   };
   for (const RowGroup& group : rows_.groups) {
@@ -100,7 +100,7 @@ void ContactListing::list_sleeper_lanes() {
     for (std::size_t row = group.first; row < group.end; ++row)
       for (std::size_t lane = 0; lane < kRowLanes; ++lane)
         if (is_used(row, lane) && (sleeps(order_[at(rows_.places[row].sphere_a[lane])]) ||
-                                   is_asleep(rows_.places[row].sphere_b[lane])))
+                                   sleeps_b(rows_.places[row].sphere_b[lane])))
           sleeper_lanes_.push_back(
               {static_cast<std::uint32_t>(row), static_cast<std::uint32_t>(lane)});
   }

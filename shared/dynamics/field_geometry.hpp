@@ -47,7 +47,7 @@ struct TangentSphere {
 [[nodiscard]] double field_motion_m(const Description::Field& field, const FieldPose& from,
                                     const FieldPose& to);
 /// Returns false where the field cannot push a sphere that moves by path_m from point_m, in the
-/// field's frame. Nothing pushes off the bricks. Realtime: yes.
+/// field's frame. A field pushes only within its bricks. Realtime: yes.
 [[nodiscard]] bool may_touch(const Description::Field& field, const Eigen::Vector3d& point_m,
                              double radius_m, double path_m);
 

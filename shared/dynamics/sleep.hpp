@@ -61,7 +61,7 @@ class Sleep {
   [[nodiscard]] double loss_J() const noexcept { return loss_J_; }
 
  private:
-  /// Wakes the island of a body, if it sleeps. -1: of none.
+  /// Wakes the island of a body, if it sleeps. -1: the body never sleeps.
   bool wake(std::int32_t body);
   bool note_speeds(const SceneState& state, double tick_s);
   void join_contacts(const ContactListing& listing, const ContactBodies& bodies);
