@@ -210,8 +210,11 @@ bool was_killed_here(const End& end) {
 /// How the child came to end, where that was not by returning; else empty.
 std::string cause(const End& end, const GuardedState& state) {
   if (was_killed_here(end)) return end.killed_for;
-  if (WIFSIGNALED(end.status))
+  if (WIFSIGNALED(end.status)) {
+    // A stop that came before the child caught signals.
+    if (state.stop && !state.has_motors && is_stop(WTERMSIG(end.status))) return "";
     return "its process was ended by " + signal_name(WTERMSIG(end.status));
+  }
   if (WEXITSTATUS(end.status) == state.end_status) return "";
   return "a call ended its process, with exit status " + std::to_string(WEXITSTATUS(end.status));
 }
