@@ -37,7 +37,7 @@ Description validated(Description description) {
 
 }  // namespace
 
-Engine::Engine(Description description, SceneState state)
+Engine::Engine(Description description, SceneState state, EngineMethod method)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
@@ -62,6 +62,7 @@ Engine::Engine(Description description, SceneState state)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
+  if (method.kind == Method::kImplicitEuler) implicit_.emplace(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -190,7 +191,10 @@ void Engine::advance(double tick_s, int given_substeps) {
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
-  divided_tick(tick_s, given_substeps);
+  if (implicit_)
+    implicit_tick(tick_s);
+  else
+    divided_tick(tick_s, given_substeps);
 }
 
 void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {

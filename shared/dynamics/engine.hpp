@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,7 +14,9 @@
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/energy_losses.hpp"
+#include "shared/dynamics/engine_method.hpp"
 #include "shared/dynamics/field_contacts.hpp"
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/sleep.hpp"
@@ -56,7 +59,7 @@ struct DrivenReaction {
 class Engine {
  public:
   /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
-  Engine(Description description, SceneState state);
+  Engine(Description description, SceneState state, EngineMethod method = {});
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -88,6 +91,8 @@ class Engine {
   /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
   /// where spheres meet at high speed.
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
+  /// Figures of the last tick by implicit Euler.
+  [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
@@ -135,7 +140,10 @@ class Engine {
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
+  void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
+  void note_implicit_reactions();
+  void implicit_part(double part_s, int halvings);
   void wake_all();
   void adopt_sleep();
   void wake_touched(double tick_s);
@@ -190,6 +198,8 @@ class Engine {
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;
   JointBound joint_bound_;
+  std::optional<ImplicitStep> implicit_;  // the method, if it is implicit
+  SolveFigures solve_;
   SceneState ahead_;  // scratch
 };
 

@@ -18,6 +18,7 @@ void Engine::adopt_sleep() {
   is_still_known_ = false;
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   springs_.leave_out(sleep_.nodes());
+  if (implicit_) implicit_->leave_out(sleep_);
   awake_nodes_.clear();
   for (std::size_t i = 0; i < sleep_.nodes().size(); ++i) {
     if (sleep_.nodes()[i] != 0) continue;
