@@ -61,10 +61,13 @@ void Engine::note_implicit_reactions() {
 /// Halves the part where it has no solution: shorter steps are nearer to their start.
 void Engine::implicit_part(double h, int halvings) {
   if (!listing_holds(h)) list_contacts(h);
-  const bool was_solved = solve_.converged, stays_out = solve_part(h);
+  const SolveFigures before = solve_;
+  const bool stays_out = solve_part(h);
   const bool is_divided =
       stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
-  solve_.converged = was_solved && (is_divided || solve_.converged);
+  solve_.converged = before.converged && (is_divided || solve_.converged);
+  solve_.residual_m_s =
+      is_divided ? before.residual_m_s : std::max(before.residual_m_s, solve_.residual_m_s);
   if (is_divided) {
     implicit_part(0.5 * h, halvings - 1);
     implicit_part(0.5 * h, halvings - 1);

@@ -22,7 +22,9 @@ struct SolveFigures {
   int parts = 0;              // steps that the tick was divided into
   int iterations = 0;         // Newton's method
   long products = 0;          // conjugate gradients: products with the equations' derivative
-  double residual_m_s = 0.0;  // rms over nodes and rigid bodies, in the last part
+  double residual_m_s = 0.0;  // rms over nodes and rigid bodies, in the worst part
+
+  SolveFigures& operator+=(const SolveFigures& more);
 };
 
 /// One step of implicit Euler: M (v1 - v0) = h f(x1, v1) + h M g with x1 = x0 + h v1. It moves

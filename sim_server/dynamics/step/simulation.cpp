@@ -37,6 +37,11 @@ Budget last_iteration(Budget budget, double step_s) {
   return budget;
 }
 
+EngineMethod engine_method(const scene::Method& method) {
+  if (scene::is_explicit(method.integrator)) return {};
+  return {.kind = Method::kImplicitEuler, .tolerance_m_s = method.tolerance_m_s};
+}
+
 void require_finite(const Trial& trial, double time_s) {
   if (trial.is_finite) return;
   throw std::domain_error("after " + std::to_string(time_s) +
@@ -68,8 +73,8 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
-  if (scene::is_explicit(method_.integrator)) {
-    ticked_.emplace(world_, scene::hands_of(scene), scene.sleeping);
+  if (scene::is_by_engine(method_.integrator)) {
+    ticked_.emplace(world_, scene::hands_of(scene), scene.sleeping, engine_method(method_));
   } else {
     integrator_ = make_integrator(method_);
     traits_ = integrator_->traits();
@@ -438,10 +443,8 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
                                 tool_spheres_))
     return {};
   // Of a part they are known by other numbers.
-  std::span<const ContactMemory> kept;
-  if (const ContactMemories* memories = this->memories();
-      memories != nullptr && predicted_part_.is_whole())
-    kept = memories->kept();
+  std::vector<ContactMemory> kept;
+  if (predicted_part_.is_whole()) kept = stretched_contacts();
   prediction_->look(predicted_part_.world(),
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
                     budget, hand);
@@ -485,15 +488,6 @@ Energies Simulation::energies_now() {
   Energies now = energies(world_, tools_over(1.0, 1.0));
   if (const ContactMemories* memories = this->memories()) now.contacts_J += memories->energy_J();
   return now;
-}
-
-std::vector<ContactMemory> Simulation::sticking() const {
-  const ContactMemories* memories = this->memories();
-  return memories != nullptr ? memories->kept() : std::vector<ContactMemory>();
-}
-
-void Simulation::stick(std::vector<ContactMemory> sticking) {
-  if (ContactMemories* memories = this->memories()) memories->set_kept(std::move(sticking));
 }
 
 }  // namespace stillgrid::dynamics

@@ -135,10 +135,11 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
-  /// Friction's memory of implicit methods. With the world, another simulation goes on from it.
-  /// Velocity Verlet ignores it. Pre of stick(): from a world of the same spheres.
-  [[nodiscard]] std::vector<ContactMemory> sticking() const;
-  void stick(std::vector<ContactMemory> sticking);
+  /// State of contacts: with the world, another simulation of the scene continues from it. Empty by
+  /// methods that the engine does not have; they ignore it.
+  [[nodiscard]] std::vector<std::byte> contact_state() const;
+  /// Pre: the simulation that wrote it had the scene and the world of this one.
+  void set_contact_state(std::span<const std::byte> state);
 
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
   /// A change of it is taken up by the next step.
@@ -189,6 +190,7 @@ class Simulation {
   void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
   void show_ticks(const TickedWorld::Report& ticked);
   [[nodiscard]] std::vector<std::optional<ToolPose>> tool_poses() const;
+  [[nodiscard]] std::vector<ContactMemory> stretched_contacts() const;
   [[nodiscard]] ContactMemories* memories() const {
     return integrator_ ? integrator_->memories() : nullptr;
   }
@@ -219,7 +221,7 @@ class Simulation {
   snapshot::MovingSnapshot snapshot_;
   snapshot::MovingFields moving_fields_;
   scene::Method method_;
-  std::optional<TickedWorld> ticked_;       // simulates explicit methods
+  std::optional<TickedWorld> ticked_;       // methods of the engine
   std::unique_ptr<Integrator> integrator_;  // all others; null with ticked_
   IntegratorTraits traits_;
   std::vector<ToolMotion> tools_;                        // by hand

@@ -19,7 +19,7 @@ bool is_finite(const SceneState& state) {
 }  // namespace
 
 TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands,
-                         bool may_sleep)
+                         bool may_sleep, EngineMethod method)
     : hands_(hands.size()), time_s_(world.time_s) {
   DescribedWorld from = described(world, hands, may_sleep);
   sleeper_of_body_ = std::move(from.sleeper_of_body);
@@ -28,7 +28,7 @@ TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand
   driven_.resize(first_hand_ + hands_);
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
     driven_[k].orientation = world.rigid_bodies[prescribed_[k]].orientation;
-  engine_ = std::make_unique<Engine>(std::move(from.description), std::move(from.state));
+  engine_ = std::make_unique<Engine>(std::move(from.description), std::move(from.state), method);
 }
 
 void TickedWorld::read_from(const bodies::World& world) {
@@ -53,6 +53,11 @@ void TickedWorld::read_from(const bodies::World& world) {
   if (differs) engine_->set_state(std::move(state));
   engine_->set_gravity(world.gravity_m_s2);
   time_s_ = world.time_s;
+}
+
+void TickedWorld::load(std::span<const std::byte> state) {
+  engine_->load(state);
+  engine_->set_state(engine_->state());
 }
 
 /// Tools are the last rigid bodies.
@@ -124,6 +129,7 @@ TickedWorld::Report TickedWorld::advance(const bodies::World& world, const Tick&
   time_s_ += tick.length_s;
   Report report{.substeps = engine_->substeps(),
                 .touching = engine_->touching(),
+                .solve = engine_->solve(),
                 .sleep_loss_J = engine_->sleep().loss_J(),
                 .all_slept = slept && engine_->sleep().all_sleep()};
   add_flow(report.flow);

@@ -25,11 +25,16 @@ struct ToolPose {
 /// Thread: one.
 class TickedWorld {
  public:
-  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands, bool may_sleep);
+  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands, bool may_sleep,
+              EngineMethod method = {});
 
   /// Takes positions, velocities and gravity from the world. Pre: it has the bodies that the
   /// constructor saw.
   void read_from(const bodies::World& world);
+
+  /// Continues from a state that the engine of another TickedWorld of the same world saved; all
+  /// bodies are awake.
+  void load(std::span<const std::byte> state);
 
   /// How a tick is taken.
   struct Tick {
@@ -41,6 +46,7 @@ class TickedWorld {
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
+    SolveFigures solve = {};    // implicit Euler
     double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
   };
