@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 #include "shared/realtime/flush_denormals.hpp"
 
@@ -62,7 +63,8 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
-  if (method.kind == Method::kImplicitEuler) implicit_.emplace(description_, method.tolerance_m_s);
+  if (method.kind == Method::kImplicitEuler)
+    implicit_ = std::make_unique<ImplicitStep>(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -87,6 +89,8 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   still_at_.reserve(description_.spheres.size());
   adopt_sleep();
 }
+
+Engine::~Engine() = default;
 
 void Engine::set_state(SceneState state) {
   state_ = std::move(state);

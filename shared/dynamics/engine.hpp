@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,7 +16,6 @@
 #include "shared/dynamics/energy_losses.hpp"
 #include "shared/dynamics/engine_method.hpp"
 #include "shared/dynamics/field_contacts.hpp"
-#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "shared/dynamics/sleep.hpp"
@@ -24,6 +23,8 @@
 #include "shared/dynamics/spring_table.hpp"
 
 namespace stillgrid::dynamics {
+
+class ImplicitStep;
 
 /// A tick of physics: the period of the haptic loop.
 inline constexpr double kTick_s = 1e-3;
@@ -60,6 +61,7 @@ class Engine {
  public:
   /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
   Engine(Description description, SceneState state, EngineMethod method = {});
+  ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -198,7 +200,7 @@ class Engine {
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;
   JointBound joint_bound_;
-  std::optional<ImplicitStep> implicit_;  // the method, if it is implicit
+  std::unique_ptr<ImplicitStep> implicit_;  // the method, if it is implicit
   SolveFigures solve_;
   SceneState ahead_;  // scratch
 };

@@ -2,11 +2,12 @@
 #include <algorithm>
 
 #include "shared/dynamics/engine.hpp"
+#include "shared/dynamics/implicit_step.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr int kHalvings = 10;        // of a step in which something would pass through a body
+constexpr int kHalvings = 12;        // of a step in which something would pass through a body
 constexpr int kHalvingsToSolve = 4;  // of one whose equations are not solved
 constexpr int kListings = 3;         // of one part, as its solution moves on
 
@@ -74,6 +75,7 @@ void Engine::implicit_part(double h, int halvings) {
     return;
   }
   ++solve_.parts;
+  solve_.passes += stays_out ? 0 : 1;
   note_implicit_reactions();
   if (counts_losses_) meter_.add(implicit_->losses());
   implicit_->finish(state_, listing_, bodies_.places);

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "shared/dynamics/engine.hpp"
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {

@@ -36,7 +36,7 @@ class ImplicitContacts {
   /// Sets the limits of friction by the pushes of the last evaluate(). Between two calls the
   /// equations are those of a convex function, so that a search along a line ends.
   void limit_friction();
-  /// Whether two spheres are deeper on their ways than at both ends, by half the smaller radius.
+  /// Whether two spheres are deeper on their paths than at both ends, by 1 % of the smaller radius.
   [[nodiscard]] bool any_passes() const;
   /// Whether every sphere ends within the way that contacts were listed for.
   [[nodiscard]] bool all_within(const ContactListing& listing) const;

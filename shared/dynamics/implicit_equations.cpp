@@ -21,12 +21,14 @@ void ImplicitStep::evaluate_body(std::size_t r) {
   spin_masses_[r] = inertia;
 }
 
-/// Calls visit(coupling) for all that push or hold.
-template <class Visit>
-void ImplicitStep::each_coupling(const Visit& visit) const {
-  for (const auto* couplings : {&joints_, &contacts_.couplings()})
-    for (const Coupling& coupling : *couplings)
-      if (coupling.is_active) visit(coupling);
+void ImplicitStep::collect_active() {
+  active_.clear();
+  const auto add = [&](const std::vector<Coupling>& couplings) {
+    for (const Coupling& coupling : couplings)
+      if (coupling.is_active) active_.push_back(&coupling);
+  };
+  add(joints_);
+  add(contacts_.couplings());
 }
 
 /// Computes impulses, the residual and all slopes at the trial velocities.
@@ -37,20 +39,23 @@ void ImplicitStep::evaluate() {
   springs_.add_impulses(poses_.to().node_position_m, h, impulses_);
   evaluate_joints(description_, poses_, velocities_, joints_);
   contacts_.evaluate(poses_, velocities_);
-  each_coupling([&](const Coupling& coupling) {
+  collect_active();
+  for (const Coupling* const active : active_) {
+    const Coupling& coupling = *active;
     add_impulse(coupling.a, coupling.impulse_N_s, poses_, impulses_);
     add_impulse(coupling.b, -coupling.impulse_N_s, poses_, impulses_);
-  });
+  }
   const Vector4 falls = h * Vector4(description_.gravity_m_s2);
   for (const std::size_t i : nodes_)
     residual_[i] = description_.nodes[i].mass_kg *
                        (velocities_[i] - poses_.from().node_velocity_m_s[i] - falls) -
                    impulses_[i];
   for (const std::size_t r : bodies_) evaluate_body(r);
-  each_coupling([&](const Coupling& coupling) {
+  for (const Coupling* const active : active_) {
+    const Coupling& coupling = *active;
     add_righting(coupling.a, coupling.impulse_N_s, h, spin_masses_);
     add_righting(coupling.b, -coupling.impulse_N_s, h, spin_masses_);
-  });
+  }
 }
 
 void ImplicitStep::multiply(const Motions& p, Motions& out) const {
@@ -62,11 +67,12 @@ void ImplicitStep::multiply(const Motions& p, Motions& out) const {
     out[spin] = Vector4(spin_masses_[r] * p[spin].vector());
   }
   springs_.multiply(p, out);
-  each_coupling([&](const Coupling& coupling) {
+  for (const Coupling* const active : active_) {
+    const Coupling& coupling = *active;
     const Eigen::Vector3d push = coupling.slope_kg * relative_velocity(coupling, p, poses_);
     add_impulse(coupling.a, push, poses_, out);
     add_impulse(coupling.b, -push, poses_, out);
-  });
+  }
 }
 
 void ImplicitStep::factorise() {
@@ -78,10 +84,11 @@ void ImplicitStep::factorise() {
       inverses_.rigid[i - nodes].setZero();
   });
   springs_.add_blocks(inverses_);
-  each_coupling([&](const Coupling& coupling) {
+  for (const Coupling* const active : active_) {
+    const Coupling& coupling = *active;
     add_block(coupling.a, coupling, inverses_);
     add_block(coupling.b, coupling, inverses_);
-  });
+  }
   for (const std::size_t i : nodes_) {
     Eigen::Matrix3d& block = inverses_.nodes[i];
     block.diagonal().array() += description_.nodes[i].mass_kg;

@@ -7,6 +7,8 @@
 namespace stillgrid::dynamics {
 namespace {
 
+constexpr double kPassed = 0.01;  // of the smaller radius: deeper on the path than at both ends
+
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
@@ -28,7 +30,7 @@ bool ImplicitContacts::passes(const Touch& touch) const {
   const double nearest = (touch.line_m + share / square * way).norm();
   const double radii = touch.radius_a_m + touch.radius_b_m;
   return std::min({radii, line.before_m, line.after_m}) - nearest >
-         0.5 * std::min(touch.radius_a_m, touch.radius_b_m);
+         kPassed * std::min(touch.radius_a_m, touch.radius_b_m);
 }
 
 bool ImplicitContacts::all_within(const ContactListing& listing) const {

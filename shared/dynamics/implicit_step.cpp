@@ -29,15 +29,6 @@ std::vector<double> reaches_m(const Description& description) {
 
 }  // namespace
 
-SolveFigures& SolveFigures::operator+=(const SolveFigures& more) {
-  converged = converged && more.converged;
-  parts += more.parts;
-  iterations += more.iterations;
-  products += more.products;
-  residual_m_s = std::max(residual_m_s, more.residual_m_s);
-  return *this;
-}
-
 ImplicitStep::ImplicitStep(const Description& description, double tolerance_m_s)
     : description_(description),
       tolerance_m_s_(tolerance_m_s),

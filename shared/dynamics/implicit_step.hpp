@@ -7,6 +7,7 @@
 #include "shared/dynamics/conjugate_gradients.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/description.hpp"
+#include "shared/dynamics/engine_method.hpp"
 #include "shared/dynamics/implicit_contacts.hpp"
 #include "shared/dynamics/implicit_coupling.hpp"
 #include "shared/dynamics/implicit_poses.hpp"
@@ -15,17 +16,6 @@
 #include "shared/dynamics/sleep.hpp"
 
 namespace stillgrid::dynamics {
-
-/// Figures of the implicit equations of a tick.
-struct SolveFigures {
-  bool converged = true;
-  int parts = 0;              // steps that the tick was divided into
-  int iterations = 0;         // Newton's method
-  long products = 0;          // conjugate gradients: products with the equations' derivative
-  double residual_m_s = 0.0;  // rms over nodes and rigid bodies, in the worst part
-
-  SolveFigures& operator+=(const SolveFigures& more);
-};
 
 /// One step of implicit Euler: M (v1 - v0) = h f(x1, v1) + h M g with x1 = x0 + h v1. It moves
 /// nodes and rigid bodies by springs, joints, contacts and friction.
@@ -74,8 +64,7 @@ class ImplicitStep {
  private:
   void evaluate();
   void evaluate_body(std::size_t rigid);
-  template <class Visit>
-  void each_coupling(const Visit& visit) const;
+  void collect_active();
   void multiply(const Motions& p, Motions& out) const;
   void factorise();
   void precondition(const Motions& r, Motions& out) const;
@@ -88,6 +77,7 @@ class ImplicitStep {
   ImplicitSprings springs_;
   std::vector<Coupling> joints_;
   ImplicitContacts contacts_;
+  std::vector<const Coupling*> active_;  // joints and contacts of the last evaluate()
   AwakeRuns awake_;
   ConjugateGradients gradients_;
   MassBlocks inverses_;                       // blocks on the diagonal of the derivative

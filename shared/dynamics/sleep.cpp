@@ -243,8 +243,12 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
     const std::int32_t b = listing.order()[at(place.sphere_b[lane.lane])];
     const SpherePath path_a = sphere_path(description_.spheres[at(a)], state, tick_s);
     const SpherePath path_b = sphere_path(description_.spheres[at(b)], state, tick_s);
-    const Eigen::Vector3d falls_m =
-        (sphere_sleeps_[at(a)] != 0 ? -1.0 : 1.0) * tick_s * tick_s * description_.gravity_m_s2;
+    const std::int32_t awake = description_.spheres[at(sphere_sleeps_[at(a)] != 0 ? b : a)].rigid;
+    const bool falls = awake < 0 || !description_.rigid_bodies[at(awake)].is_driven;
+    const Eigen::Vector3d falls_m = (!falls                       ? 0.0
+                                     : sphere_sleeps_[at(a)] != 0 ? -1.0
+                                                                  : 1.0) *
+                                    tick_s * tick_s * description_.gravity_m_s2;
     if (least_distance_m(path_a.from_m - path_b.from_m, path_a.path_m - path_b.path_m + falls_m) >
         description_.spheres[at(a)].radius_m + description_.spheres[at(b)].radius_m)
       continue;

@@ -258,7 +258,6 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   if (part.must_end) own = last_iteration(budget, step.length_s);
   const auto prepared = Clock::now();
   SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
-  const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
   report.solve.products += solve.products;
@@ -285,7 +284,6 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
   report.contacts = trial.touching;
-  report.corrected = corrected;
   report.solve.converged = report.solve.converged && solve.converged;
   // The worst of all substeps, and what is no number is the worst.
   double& worst = report.solve.residual;
@@ -306,39 +304,6 @@ EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
     flow.tool_J += led_flow_J(world_, trial, led_contacts_, duration_s);
   }
   return flow;
-}
-
-/// Leads a step's converged end on to a sample that came while it was solved, so that the
-/// snapshot's tool is as old as this takes, not as the whole solution took. Adds to solve what it
-/// did; false, and nothing changed, if there is no such sample or this did not converge.
-bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
-  if (!step.may_correct || !traits_.solves) return false;
-  const ToolSamples samples = later_samples(step);
-  std::uint64_t newer_ns = proto::kNever;  // the least of those that there are
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
-    if (samples[hand])
-      newer_ns = std::min(newer_ns, samples[hand]->time_ns - step.report.tools[hand].time_ns);
-  if (newer_ns == proto::kNever) return false;
-  step.may_correct = false;
-  const std::vector<ToolMotion> before = tools_;
-  redirect(samples, part.start);
-  find_tool_contacts(part);
-  Budget own = step.budget;
-  own.iterations = std::min(kIterations, own.iterations - solve.iterations);
-  // What takes longer than its sample is newer makes the snapshot older.
-  if (own.has_deadline()) own.end_within(std::min(newer_ns, std::uint64_t{1'000'000'000}));
-  const double duration_s = step.length_s * (part.end - part.start);
-  const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
-  solve.iterations += again.iterations;
-  solve.products += again.products;
-  if (again.converged) {
-    solve.residual = again.residual;
-    step.report.note_times(samples);
-    return true;
-  }
-  tools_ = before;
-  find_tool_contacts(part);
-  return false;
 }
 
 /// Whether what forces led off its way met what is on no list, and what is to be done about it.

@@ -10,11 +10,11 @@ namespace stillgrid::dynamics {
 namespace {
 
 /// Substeps that are given divide the step as they are asked for, a tick each. An implicit step is
-/// one tick else.
-int ticks_of(double step_s, const scene::Method& method) {
+/// one tick else, unless a body swings: in a tick it moves evenly.
+int ticks_of(double step_s, const scene::Method& method, bool swings) {
   constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
   if (method.substeps > 0) return method.substeps;
-  if (scene::is_implicit(method.integrator)) return 1;
+  if (scene::is_implicit(method.integrator) && !swings) return 1;
   return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
 }
 
@@ -34,7 +34,7 @@ std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
 /// Advances the engine by the ticks of a step, until the budget is spent.
 TickedWorld::Report Simulation::run_ticks(Step& step) {
   StepReport& report = step.report;
-  const int ticks = ticks_of(step.length_s, method_);
+  const int ticks = ticks_of(step.length_s, method_, swings_);
   const double tick_s = step.length_s / ticks;
   TickedWorld::Report sum{.all_slept = true};
   for (int tick = 0; tick < ticks && !step.budget.is_stopped() && !report.out_of_budget; ++tick) {
@@ -87,6 +87,7 @@ void Simulation::note_ticks(const TickedWorld::Report& ticked, StepReport& repor
   report.note_work(tool_work_J_);
   report.contacts = ticked.touching;
   report.substeps = ticked.substeps;
+  report.crossings_left = ticked.solve.passes;
   report.solve = {.converged = ticked.solve.converged,
                   .iterations = ticked.solve.iterations,
                   .products = ticked.solve.products,

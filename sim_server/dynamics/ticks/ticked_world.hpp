@@ -73,7 +73,7 @@ class TickedWorld {
 
  private:
   void aim(const bodies::World& world, const Tick& tick);
-  void add_flow(EnergyFlow& flow) const;
+  void add_flow(double tick_s, EnergyFlow& flow);
   [[nodiscard]] std::size_t rigid_of_hand(std::size_t hand) const;
 
   std::vector<std::size_t> prescribed_;
@@ -83,6 +83,8 @@ class TickedWorld {
   std::unique_ptr<Engine> engine_;
   double time_s_;
   std::vector<DrivenPose> driven_;  // at the end of a tick
+  bool is_implicit_;
+  std::vector<DrivenReaction> before_;  // forces and torques at the end of the last tick, for 1 s
 };
 
 }  // namespace stillgrid::dynamics

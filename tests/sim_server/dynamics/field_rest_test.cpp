@@ -112,7 +112,7 @@ TEST_CASE("A box on a box of fields rests, without creep, and sleeps by implicit
   CHECK((body(simulation, 1).position_m - rested_m).norm() < 1e-6);
   const bool sleeps = simulation.world().bodies[1].is_sleeping;
   // The engine has no sleep in scenes with fields yet.
-  CHECK(sleeps == !scene::is_explicit(way.integrator));
+  CHECK(sleeps == !scene::is_by_engine(way.integrator));
 }
 
 TEST_CASE("Friction holds a body of a field on a slope that is a field, and lets it go beyond",

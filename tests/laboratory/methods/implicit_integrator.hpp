@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::laboratory {
 
 /// Implicit Euler in velocities [Davanne 2002, section 5]: of first order; a step takes energy out.
 /// Rotations follow the same formula by rotation vectors. The dampers of contacts act over the
@@ -22,30 +22,30 @@ namespace stillgrid::dynamics {
 /// displacements alike, until it has no more energy (kinetic, gravity, springs, springs of
 /// contacts) than at its start. Given motion, as the tool's, is taken to have happened first, and
 /// may so have worked.
-class ImplicitIntegrator : public Integrator {
+class ImplicitIntegrator : public dynamics::Integrator {
  public:
-  explicit ImplicitIntegrator(std::unique_ptr<NonlinearSolver> solver)
+  explicit ImplicitIntegrator(std::unique_ptr<dynamics::NonlinearSolver> solver)
       : solver_(std::move(solver)) {}
 
-  [[nodiscard]] IntegratorTraits traits() const noexcept override { return {.solves = true}; }
-  SolveReport advance(const bodies::World& world, std::span<const contact::Contact> contacts,
-                      double duration_s, Budget& budget) override;
-  SolveReport correct(const bodies::World& world, std::span<const contact::Contact> contacts,
-                      double duration_s, Budget& budget) override;
+  [[nodiscard]] dynamics::IntegratorTraits traits() const noexcept override {
+    return {.solves = true};
+  }
+  dynamics::SolveReport advance(const bodies::World& world,
+                                std::span<const contact::Contact> contacts, double duration_s,
+                                dynamics::Budget& budget) override;
   void commit(bodies::World& world, double duration_s) override;
-  [[nodiscard]] ContactMemories* memories() override { return &memories_; }
+  [[nodiscard]] dynamics::ContactMemories* memories() override { return &memories_; }
 
  private:
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   void end_with(std::span<const contact::Contact> contacts, double duration_s);
   bool make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
-  bool is_true_ = true;  // the last advance() converged
-  std::unique_ptr<NonlinearSolver> solver_;
-  MechanicalSystem system_;
-  ContactMemories memories_;
+  std::unique_ptr<dynamics::NonlinearSolver> solver_;
+  dynamics::MechanicalSystem system_;
+  dynamics::ContactMemories memories_;
   std::vector<Eigen::Vector3d> stretches_m_, ended_m_;  // of the contacts, as they begin and end
   Eigen::VectorXd velocity_, displacement_;             // of the trial
 };
 
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::laboratory
