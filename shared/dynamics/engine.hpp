@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -72,6 +73,10 @@ class Engine {
 
   /// Shares the work of later ticks. Pre: sharing outlives the engine.
   void share_work(const WorkSharing& sharing) { live_.sharing = &sharing; }
+
+  /// Once stop is true, a tick by implicit Euler ends at its next iteration. The state is then to
+  /// be set anew. Pre: stop outlives the engine, or is null.
+  void stop_at(const std::atomic<bool>* stop) { stop_ = stop; }
 
   /// Changes positions and velocities; contacts keep their friction, and all bodies wake. Pre: of
   /// this Description.
@@ -202,6 +207,7 @@ class Engine {
   JointBound joint_bound_;
   std::unique_ptr<ImplicitStep> implicit_;  // the method, if it is implicit
   SolveFigures solve_;
+  const std::atomic<bool>* stop_ = nullptr;
   SceneState ahead_;  // scratch
 };
 

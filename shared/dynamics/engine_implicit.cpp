@@ -26,7 +26,8 @@ bool Engine::solve_part(double h) {
   implicit_->restart(listing_);
   if (implicit_->passes()) return false;
   for (int k = 0;; ++k) {
-    implicit_->solve(solve_);
+    implicit_->solve(solve_, stop_);
+    if (stop_ != nullptr && *stop_) return true;
     if (implicit_->passes()) return false;
     if (implicit_->is_within(listing_)) return true;
     if (k == kListings) return false;
@@ -61,6 +62,7 @@ void Engine::note_implicit_reactions() {
 
 /// Halves the part where it has no solution: shorter steps are nearer to their start.
 void Engine::implicit_part(double h, int halvings) {
+  if (stop_ != nullptr && *stop_) return;
   if (!listing_holds(h)) list_contacts(h);
   const SolveFigures before = solve_;
   const bool stays_out = solve_part(h);

@@ -36,8 +36,8 @@ struct TangentSphere {
 [[nodiscard]] inline Eigen::Vector3d tangent_line_m(const TangentSphere& tangent, double radii_m) {
   return (radii_m - tangent.depth_m) * tangent.normal;
 }
-/// Root of the map's scale. Friction's stretch times this root stays as it is where the map
-/// changes, so that the spring keeps its energy.
+/// Root of the scale of stiffness. Friction's stretch times this root stays as it is where the
+/// scale changes, so that the spring keeps its energy.
 [[nodiscard]] double map_root(const TangentSphere& tangent);
 
 /// Radius and centre of a ball that holds the solid. The centre is in the field's frame.

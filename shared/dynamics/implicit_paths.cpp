@@ -8,6 +8,7 @@ namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kPassed = 0.01;  // of the smaller radius: deeper on the path than at both ends
+constexpr double kLongestPath = 0.25;  // of the smaller radius: shorter ones are not divided
 
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
@@ -25,12 +26,13 @@ bool ImplicitContacts::passes(const Touch& touch) const {
   const Line line = line_of(touch);
   const Eigen::Vector3d way = line.line_m - touch.line_m;
   const double square = way.squaredNorm();
+  const double smaller_m = std::min(touch.radius_a_m, touch.radius_b_m);
   const double share = -touch.line_m.dot(way);
   if (share <= 0.0 || share >= square) return false;
+  if (square <= kLongestPath * kLongestPath * smaller_m * smaller_m) return false;
   const double nearest = (touch.line_m + share / square * way).norm();
   const double radii = touch.radius_a_m + touch.radius_b_m;
-  return std::min({radii, line.before_m, line.after_m}) - nearest >
-         kPassed * std::min(touch.radius_a_m, touch.radius_b_m);
+  return std::min({radii, line.before_m, line.after_m}) - nearest > kPassed * smaller_m;
 }
 
 bool ImplicitContacts::all_within(const ContactListing& listing) const {

@@ -118,9 +118,10 @@ double ImplicitStep::search_line() {
   }
 }
 
-void ImplicitStep::solve(SolveFigures& figures) {
+void ImplicitStep::solve(SolveFigures& figures, const std::atomic<bool>* stop) {
   double residual = residual_m_s();
   for (int k = 0; k < kIterations && residual > tolerance_m_s_; ++k) {
+    if (stop != nullptr && *stop) break;
     factorise();
     each_awake(awake_, [&](std::size_t i) { wanted_[i] = -1.0 * residual_[i]; });
     figures.products += gradients_.solve(

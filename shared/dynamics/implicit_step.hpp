@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -41,9 +42,9 @@ class ImplicitStep {
   }
   /// Reads a listing that was made for this step, anew where it changed, and evaluates the guess.
   void restart(const ContactListing& listing);
-  /// Iterates. Adds to counts of figures, and sets converged and the residual. Realtime: never
-  /// allocates, locks or throws.
-  void solve(SolveFigures& figures);
+  /// Iterates, until stop is true if it is not null. Adds to counts of figures, and sets converged
+  /// and the residual. Realtime: never allocates, locks or throws.
+  void solve(SolveFigures& figures, const std::atomic<bool>* stop);
   /// The start with the velocities of the guess or solution: to list contacts for its ways.
   void write_velocities(SceneState& state) const;
   /// Moves the state, the contacts of the listing and the places of spheres to the end of the step.

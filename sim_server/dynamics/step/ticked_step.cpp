@@ -37,6 +37,7 @@ TickedWorld::Report Simulation::run_ticks(Step& step) {
   const int ticks = ticks_of(step.length_s, method_, swings_);
   const double tick_s = step.length_s / ticks;
   TickedWorld::Report sum{.all_slept = true};
+  ticked_->stop_at(step.budget.stop);
   for (int tick = 0; tick < ticks && !step.budget.is_stopped() && !report.out_of_budget; ++tick) {
     if (tick > 0) {
       const ToolSamples samples = later_samples(step);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
@@ -57,6 +58,9 @@ class TickedWorld {
   /// Writes positions, velocities and the time to the world. Returns whether all are finite: else
   /// the world stays as it is.
   [[nodiscard]] bool write_to(bodies::World& world) const;
+
+  /// See Engine::stop_at().
+  void stop_at(const std::atomic<bool>* stop) { engine_->stop_at(stop); }
 
   void write_time(bodies::World& world) const { world.time_s = time_s_; }
   /// Writes who sleeps to the world. Returns whether that changed.

@@ -13,7 +13,7 @@ constexpr std::size_t kMaxBrakes = 24;  // of a step that did not converge
 dynamics::SolveReport ImplicitIntegrator::advance(const bodies::World& world,
                                                   std::span<const contact::Contact> contacts,
                                                   double duration_s, dynamics::Budget& budget) {
-  take(world, contacts);
+  load(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
   velocity_ = start_velocity;
   dynamics::ImplicitStage stage(system_, duration_s);
@@ -27,7 +27,7 @@ dynamics::SolveReport ImplicitIntegrator::advance(const bodies::World& world,
 }
 
 /// A world with contacts that begin as the last step that was committed left them.
-void ImplicitIntegrator::take(const bodies::World& world,
+void ImplicitIntegrator::load(const bodies::World& world,
                               std::span<const contact::Contact> contacts) {
   memories_.take(world, contacts);
   memories_.stretches(contacts, stretches_m_);

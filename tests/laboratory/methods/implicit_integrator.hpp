@@ -18,10 +18,10 @@ namespace stillgrid::laboratory {
 ///
 /// Contacts stick up to the friction: their stretches last from step to step.
 ///
-/// A step that does not converge is scaled back towards rest where it was, velocities and
-/// displacements alike, until it has no more energy (kinetic, gravity, springs, springs of
-/// contacts) than at its start. Given motion, as the tool's, is taken to have happened first, and
-/// may so have worked.
+/// A step that does not converge is scaled back towards rest, velocities and displacements alike,
+/// until it has no more energy than at its start. That is kinetic energy, and energy of gravity,
+/// springs and springs of contacts. Given motion, as the tool's, is taken to have happened first,
+/// and may so have worked.
 class ImplicitIntegrator : public dynamics::Integrator {
  public:
   explicit ImplicitIntegrator(std::unique_ptr<dynamics::NonlinearSolver> solver)
@@ -37,15 +37,15 @@ class ImplicitIntegrator : public dynamics::Integrator {
   [[nodiscard]] dynamics::ContactMemories* memories() override { return &memories_; }
 
  private:
-  void take(const bodies::World& world, std::span<const contact::Contact> contacts);
+  void load(const bodies::World& world, std::span<const contact::Contact> contacts);
   void end_with(std::span<const contact::Contact> contacts, double duration_s);
   bool make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
   std::unique_ptr<dynamics::NonlinearSolver> solver_;
   dynamics::MechanicalSystem system_;
   dynamics::ContactMemories memories_;
-  std::vector<Eigen::Vector3d> stretches_m_, ended_m_;  // of the contacts, as they begin and end
-  Eigen::VectorXd velocity_, displacement_;             // of the trial
+  std::vector<Eigen::Vector3d> stretches_m_, ended_m_;  // contacts at the start and the end
+  Eigen::VectorXd velocity_, displacement_;             // the trial's
 };
 
 }  // namespace stillgrid::laboratory
