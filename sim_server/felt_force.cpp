@@ -56,7 +56,7 @@ StartState settled(const scene::SceneDescription& scene, const bodies::World& st
   for (long i = 0; i < steps && now_s() < deadline_s; ++i)
     (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
                           {.iterations = kMaxIterations});
-  StartState end{.world = simulation.world(), .sticking = simulation.sticking()};
+  StartState end{.world = simulation.world(), .contacts = simulation.contact_state()};
   // Whoever goes on from here has yet to find out who rests.
   for (bodies::BodyRange& body : end.world.bodies) body.is_sleeping = false;
   bodies::number_unknowns(end.world);
@@ -77,7 +77,7 @@ FeltForce felt_force(const scene::SceneDescription& scene, const StartState& sta
                      const HandPath& hand, const FeltOptions& options, const CostClock& now_s) {
   LockstepSimulation simulation(
       scene, start.world, {scene.period_s, 0.0, 1, options.latency_s, options.first_share}, now_s);
-  simulation.simulation().stick(start.sticking);
+  simulation.simulation().set_contact_state(start.contacts);
   const publication::SceneView view = simulation.view();
   const auto renderer = rendering::make_renderer(options.transition);
   FollowedHand tool;

@@ -22,10 +22,10 @@ struct FeltOptions {
   double deadline_s = 0.0;   // by the clock: a run that has lasted so long ends
 };
 
-/// A world that moved, and what sticks in it: what a run begins with.
+/// A world that moved, and the state of its contacts. A run begins with both.
 struct StartState {
   bodies::World world;
-  std::vector<dynamics::ContactMemory> sticking = {};
+  std::vector<std::byte> contacts = {};  // see Simulation::contact_state()
 };
 
 /// What a hand feels, once a millisecond, and what that costs the simulation.

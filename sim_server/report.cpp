@@ -81,7 +81,6 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
   report.not_converged += step.solve.converged ? 0 : 1;
   report.out_of_budget += step.out_of_budget ? 1 : 0;
-  report.corrected += step.corrected ? 1 : 0;
   report.sleeping_spheres += static_cast<std::uint64_t>(step.sleeping_spheres);
   report.substeps += static_cast<std::uint64_t>(step.substeps);
   report.divided += step.substeps > 1 ? 1 : 0;
@@ -118,8 +117,7 @@ void write_report(const SimulationReport& report, const bodies::World& world,
                           {{"name", report.solver},
                            {"iterations", static_cast<double>(report.solver_iterations) / steps},
                            {"not_converged", report.not_converged},
-                           {"out_of_budget", report.out_of_budget},
-                           {"corrected", report.corrected}}},
+                           {"out_of_budget", report.out_of_budget}}},
                          {"substeps", static_cast<double>(report.substeps) / steps},
                          {"divided", report.divided},
                          {"crossings_left", report.crossings_left},

@@ -28,7 +28,7 @@ struct SimulationReport {
   std::string ended_by;  // what went wrong; empty: the run came to its end, or was stopped
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, snapshots = 0;
-  std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0, corrected = 0;
+  std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0;
   std::uint64_t substeps = 0, divided = 0;  // parts of all steps, and steps of more than one
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report

@@ -72,6 +72,14 @@ class ContactListing {
   /// Pre: check().
   void load(const Saved& saved);
 
+  /// A contact that friction has stretched: side a, and a sphere, plane or field; others are -1.
+  struct Stretched {
+    std::int32_t sphere_a, sphere_b = -1, plane = -1, field = -1;
+    double stiffness_N_per_m;
+    Eigen::Vector3d stretch_m;  // on side a
+  };
+  [[nodiscard]] std::vector<Stretched> stretched() const;
+
   [[nodiscard]] RowList& rows() noexcept { return rows_; }
   [[nodiscard]] const RowList& rows() const noexcept { return rows_; }
   /// Spheres in the order in which SpherePlace and SphereArm are stored: near ones side by side.

@@ -123,4 +123,32 @@ void ContactListing::load(const Saved& saved) {
   list_sleeper_lanes();
 }
 
+std::vector<ContactListing::Stretched> ContactListing::stretched() const {
+  std::vector<Stretched> all;
+  for (const RowGroup& group : rows_.groups)
+    for (std::size_t row = group.first; row < group.end; ++row)
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+        const RowPlace& place = rows_.places[row];
+        const ContactHistory history = history_of(rows_.rows[row], place, lane);
+        const Eigen::Vector3d stretch_m(history.stretch_m[0], history.stretch_m[1],
+                                        history.stretch_m[2]);
+        if (!is_used(row, lane) || stretch_m.isZero(0.0)) continue;
+        Stretched one{.sphere_a = order_[at(place.sphere_a[lane])],
+                      .stiffness_N_per_m = double{place.stiffness_N_per_m[lane]},
+                      .stretch_m = stretch_m};
+        const std::int32_t b = place.sphere_b[lane];
+        if (group.b == SideKind::kPlane) {
+          one.plane = b;
+        } else if (is_field(b)) {
+          const FieldLane& field = field_lanes_[at(b) - description_.spheres.size()];
+          one.field = field.field;
+          one.stiffness_N_per_m = double{field.stiffness_N_per_m};
+        } else {
+          one.sphere_b = order_[at(b)];
+        }
+        all.push_back(one);
+      }
+  return all;
+}
+
 }  // namespace stillgrid::dynamics

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 #include "shared/realtime/flush_denormals.hpp"
 
@@ -37,7 +38,7 @@ Description validated(Description description) {
 
 }  // namespace
 
-Engine::Engine(Description description, SceneState state)
+Engine::Engine(Description description, SceneState state, EngineMethod method)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
       state_(std::move(state)),
@@ -62,6 +63,8 @@ Engine::Engine(Description description, SceneState state)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
+  if (method.kind == Method::kImplicitEuler)
+    implicit_ = std::make_unique<ImplicitStep>(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -90,6 +93,8 @@ Engine::Engine(Description description, SceneState state)
   still_at_.reserve(description_.spheres.size());
   adopt_sleep();
 }
+
+Engine::~Engine() = default;
 
 void Engine::set_state(SceneState state) {
   state_ = std::move(state);
@@ -194,7 +199,10 @@ void Engine::advance(double tick_s, int given_substeps) {
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
-  divided_tick(tick_s, given_substeps);
+  if (implicit_)
+    implicit_tick(tick_s);
+  else
+    divided_tick(tick_s, given_substeps);
 }
 
 void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "shared/dynamics/contact_solver.hpp"
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/energy_losses.hpp"
+#include "shared/dynamics/engine_method.hpp"
 #include "shared/dynamics/field_contacts.hpp"
 #include "shared/dynamics/joint_forces.hpp"
 #include "shared/dynamics/scene_state.hpp"
@@ -21,6 +24,8 @@
 #include "shared/dynamics/spring_table.hpp"
 
 namespace stillgrid::dynamics {
+
+class ImplicitStep;
 
 /// A tick of physics: the period of the haptic loop.
 inline constexpr double kTick_s = 1e-3;
@@ -56,7 +61,8 @@ struct DrivenReaction {
 class Engine {
  public:
   /// Throws std::invalid_argument where an index is out of range or a mass is not positive.
-  Engine(Description description, SceneState state);
+  Engine(Description description, SceneState state, EngineMethod method = {});
+  ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
@@ -67,6 +73,10 @@ class Engine {
 
   /// Shares the work of later ticks. Pre: sharing outlives the engine.
   void share_work(const WorkSharing& sharing) { live_.sharing = &sharing; }
+
+  /// Once stop is true, a tick by implicit Euler ends at its next iteration. The state is then to
+  /// be set anew. Pre: stop outlives the engine, or is null.
+  void stop_at(const std::atomic<bool>* stop) { stop_ = stop; }
 
   /// Changes positions and velocities; contacts keep their friction, and all bodies wake. Pre: of
   /// this Description.
@@ -88,6 +98,8 @@ class Engine {
   /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
   /// where spheres meet at high speed.
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
+  /// Figures of the last tick by implicit Euler.
+  [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
@@ -135,7 +147,10 @@ class Engine {
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
+  void implicit_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
+  void note_implicit_reactions();
+  void implicit_part(double part_s, int halvings);
   void wake_all();
   void adopt_sleep();
   void wake_touched(double tick_s);
@@ -190,6 +205,9 @@ class Engine {
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;
   JointBound joint_bound_;
+  std::unique_ptr<ImplicitStep> implicit_;  // the method, if it is implicit
+  SolveFigures solve_;
+  const std::atomic<bool>* stop_ = nullptr;
   SceneState ahead_;  // scratch
 };
 

@@ -3,6 +3,7 @@
 
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/field_geometry.hpp"
+#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
@@ -19,6 +20,7 @@ void Engine::adopt_sleep() {
   is_still_known_ = false;
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   springs_.leave_out(sleep_.nodes());
+  if (implicit_) implicit_->leave_out(sleep_);
   awake_nodes_.clear();
   for (std::size_t i = 0; i < sleep_.nodes().size(); ++i) {
     if (sleep_.nodes()[i] != 0) continue;

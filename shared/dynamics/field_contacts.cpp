@@ -6,8 +6,6 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kLeastScale = 1e-6;  // of stiffness; its root divides
-
 std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
@@ -78,8 +76,7 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const Vector4 centre_m =
         listing.base()[at(lane.place)] + Vector4(moved_m[0], moved_m[1], moved_m[2]);
     const TangentSphere tangent = tangent_sphere(field, own.pose, centre_m.vector(), lane.radius_m);
-    const Eigen::Vector3d apart_m =
-        (lane.radius_m + field_radius_m(field) - tangent.depth_m) * tangent.normal;
+    const Eigen::Vector3d apart_m = tangent_line_m(tangent, lane.radius_m + field_radius_m(field));
     const Eigen::Vector3d rigid_m = state.rigid_position_m[at(field.rigid)].vector();
     set_vector(bodies.places[slot].moved_m,
                Vector4(moved_m[0], moved_m[1], moved_m[2]) - Vector4(apart_m));
@@ -90,8 +87,7 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const auto scale = static_cast<float>(tangent.stiffness_scale);
     place.stiffness_N_per_m[lane.lane] = scale * lane.stiffness_N_per_m;
     place.damping_N_s_per_m[lane.lane] = scale * lane.damping_N_s_per_m;
-    lane.stiffness_root =
-        static_cast<float>(std::sqrt(std::max(kLeastScale, tangent.stiffness_scale)));
+    lane.stiffness_root = static_cast<float>(stiffness_root(tangent));
     scale_stretch(place, lane.lane, 1.0F / lane.stiffness_root);
   }
 }

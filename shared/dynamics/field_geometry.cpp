@@ -1,5 +1,6 @@
 #include "shared/dynamics/field_geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -46,6 +47,11 @@ TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& p
   if (const double far_m = away_m.norm(); far_m > 0.0)
     tangent.normal = pose.axes * (away_m / far_m);
   return tangent;
+}
+
+double stiffness_root(const TangentSphere& tangent) {
+  constexpr double kLeastScale = 1e-6;  // stretches are divided by the root
+  return std::sqrt(std::max(kLeastScale, tangent.stiffness_scale));
 }
 
 Eigen::Vector3d field_centre_m(const Description::Field& field) {

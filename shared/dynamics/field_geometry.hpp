@@ -32,6 +32,14 @@ struct TangentSphere {
 [[nodiscard]] TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& pose,
                                            const Eigen::Vector3d& centre_m, double radius_m);
 
+/// Vector to the centre of the other sphere from that of the tangent sphere. radii_m: their sum.
+[[nodiscard]] inline Eigen::Vector3d tangent_line_m(const TangentSphere& tangent, double radii_m) {
+  return (radii_m - tangent.depth_m) * tangent.normal;
+}
+/// Root of the scale of stiffness. Friction's stretch times this root stays as it is where the
+/// scale changes, so that the spring keeps its energy.
+[[nodiscard]] double stiffness_root(const TangentSphere& tangent);
+
 /// Radius and centre of a ball that holds the solid. The centre is in the field's frame.
 [[nodiscard]] inline double field_radius_m(const Description::Field& field) {
   return double{field.distance->shape().bounding_radius_m};

@@ -13,6 +13,13 @@ namespace stillgrid::dynamics {
   return axes * inertia_kg_m2.cwiseInverse().asDiagonal() * axes.transpose();
 }
 
+/// Inertia in the frame of the world, from principal ones in the body's.
+[[nodiscard]] inline Eigen::Matrix3d turned_inertia(const Eigen::Quaterniond& orientation,
+                                                    const Eigen::Vector3d& inertia_kg_m2) {
+  const Eigen::Matrix3d axes = orientation.toRotationMatrix();
+  return axes * inertia_kg_m2.asDiagonal() * axes.transpose();
+}
+
 /// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a
 /// series instead of functions of the C library, which round differently on different processors.
 [[nodiscard]] inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) {

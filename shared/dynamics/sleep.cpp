@@ -263,8 +263,16 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
     const std::int32_t a = listing.order()[at(place.sphere_a[lane.lane])];
     const std::int32_t b = place.sphere_b[lane.lane];
     const Description::Sphere& sphere = description_.spheres[at(a)];
-    const Eigen::Vector3d falls_m =
-        (sphere_sleeps_[at(a)] != 0 ? -1.0 : 1.0) * tick_s * tick_s * description_.gravity_m_s2;
+    const bool a_sleeps = sphere_sleeps_[at(a)] != 0;
+    const int rigid_b = listing.is_field(b)
+                            ? listing.field_of(b).rigid
+                            : description_.spheres[at(listing.order()[at(b)])].rigid;
+    const int awake = a_sleeps ? rigid_b : sphere.rigid;
+    const bool falls = awake < 0 || !description_.rigid_bodies[at(awake)].is_driven;
+    const Eigen::Vector3d falls_m = (!falls     ? 0.0
+                                     : a_sleeps ? -1.0
+                                                : 1.0) *
+                                    tick_s * tick_s * description_.gravity_m_s2;
     const bool touches = listing.is_field(b)
                              ? may_touch(sphere, listing.field_of(b), state, falls_m.norm(), tick_s)
                              : may_touch(sphere, description_.spheres[at(listing.order()[at(b)])],

@@ -71,6 +71,11 @@ struct Method {
   return kind.family == IntegratorFamily::kImplicit;
 }
 
+/// Whether the engine of shared/dynamics has the method.
+[[nodiscard]] constexpr bool is_by_engine(const IntegratorKind& kind) {
+  return kind.make == nullptr && !chooses_steps(kind);
+}
+
 /// "velocity_verlet", "implicit_euler, 4 substeps": for reports.
 [[nodiscard]] inline std::string describe(const Method& method) {
   std::string text(name_of(method.integrator));

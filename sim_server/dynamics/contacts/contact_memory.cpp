@@ -10,17 +10,6 @@ namespace {
 constexpr int kNumberBits = 31;
 constexpr std::uint64_t kNumberMask = (std::uint64_t{1} << kNumberBits) - 1;
 
-/// Its kind, the lower number, the higher.
-std::uint64_t key_of(const contact::Contact& contact) {
-  const auto number = [](int i) { return static_cast<std::uint64_t>(i); };
-  if (contact.b >= 0) {
-    const auto [low, high] = std::minmax(contact.a, contact.b);
-    return number(low) << kNumberBits | number(high);
-  }
-  const std::uint64_t kind = contact.is_tool ? 3 : contact.is_plane ? 2 : 1;
-  return kind << 2 * kNumberBits | number(contact.a) << kNumberBits | number(contact.other);
-}
-
 bool feels_forces(const bodies::World& world, int number) {
   if (const int rigid = bodies::rigid_of(world, number); rigid >= 0)
     return world.rigid_bodies[static_cast<std::size_t>(rigid)].unknown != bodies::kNoUnknown;
@@ -48,6 +37,16 @@ double sum_J(const std::vector<ContactMemory>& memories) {
 }
 
 }  // namespace
+
+std::uint64_t key_of(const contact::Contact& contact) {
+  const auto number = [](int i) { return static_cast<std::uint64_t>(i); };
+  if (contact.b >= 0) {
+    const auto [low, high] = std::minmax(contact.a, contact.b);
+    return number(low) << kNumberBits | number(high);
+  }
+  const std::uint64_t kind = contact.is_tool ? 3 : contact.is_plane ? 2 : 1;
+  return kind << 2 * kNumberBits | number(contact.a) << kNumberBits | number(contact.other);
+}
 
 void ContactMemories::take(const bodies::World& world, std::span<const contact::Contact> contacts) {
   places_.clear();

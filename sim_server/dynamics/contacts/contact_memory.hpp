@@ -24,6 +24,9 @@ struct ContactMemory {
   }
 };
 
+/// Returns the key of a pair: its kind, the lower number, the higher.
+[[nodiscard]] std::uint64_t key_of(const contact::Contact& contact);
+
 /// What sticks between the pairs of a list of contacts, by the numbers of spheres and fields: of
 /// the one with the lower number seen from the other. Nothing but keep() changes what a part of a
 /// step begins with: one that is thrown away leaves no trace. Pairs of which neither side is free

@@ -2,9 +2,7 @@
 
 #include <stdexcept>
 
-#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
-#include "sim_server/dynamics/solvers/newton.hpp"
 
 namespace stillgrid::dynamics {
 void Integrator::commit(bodies::World& world, double duration_s) {
@@ -15,10 +13,9 @@ void Integrator::commit(bodies::World& world, double duration_s) {
 
 std::unique_ptr<Integrator> make_integrator(const scene::Method& method) {
   if (method.integrator.make != nullptr) return method.integrator.make(method);
-  if (scene::is_explicit(method.integrator))
+  if (scene::is_by_engine(method.integrator))
     throw std::invalid_argument("expected a method that the engine does not have");
-  if (scene::chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
-  return std::make_unique<ImplicitIntegrator>(std::make_unique<NewtonSolver>(method.tolerance_m_s));
+  return make_cvode_integrator(method.tolerance_m_s);
 }
 
 }  // namespace stillgrid::dynamics

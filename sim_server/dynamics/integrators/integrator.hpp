@@ -15,8 +15,7 @@ namespace stillgrid::dynamics {
 
 /// What an integrator can, by which the simulation divides a step and judges what came of it.
 struct IntegratorTraits {
-  bool solves =
-      false;  // by a NonlinearSolver: its iterations are the budget's, and correct() works
+  bool solves = false;      // by a NonlinearSolver: its iterations are the budget's
   int most_iterations = 0;  // of a part; 0: as few as let a part that does not converge be halved
 };
 
@@ -40,16 +39,7 @@ class Integrator {
                               std::span<const contact::Contact> contacts, double duration_s,
                               Budget& budget) = 0;
 
-  /// Leads on where the last advance() led, if that converged, to what other contacts with what is
-  /// given, as the tool, make of the step: world and duration are the same. Begins at its trial,
-  /// and leaves that as it is unless this converges too. By default there is no such way.
-  virtual SolveReport correct(const bodies::World& /*world*/,
-                              std::span<const contact::Contact> /*contacts*/, double /*duration_s*/,
-                              Budget& /*budget*/) {
-    return {};
-  }
-
-  /// Where the last advance() or correct() led.
+  /// Where the last advance() led.
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
   /// What sticks, of an integrator in which something does; null: nothing.
@@ -67,7 +57,7 @@ class Integrator {
   Trial trial_;
 };
 
-/// Throws std::invalid_argument for velocity_verlet, which the engine simulates.
+/// Throws std::invalid_argument for methods of the engine.
 [[nodiscard]] std::unique_ptr<Integrator> make_integrator(const scene::Method& method);
 
 }  // namespace stillgrid::dynamics

@@ -37,6 +37,11 @@ Budget last_iteration(Budget budget, double step_s) {
   return budget;
 }
 
+EngineMethod engine_method(const scene::Method& method) {
+  if (scene::is_explicit(method.integrator)) return {};
+  return {.kind = Method::kImplicitEuler, .tolerance_m_s = method.tolerance_m_s};
+}
+
 void require_finite(const Trial& trial, double time_s) {
   if (trial.is_finite) return;
   throw std::domain_error("after " + std::to_string(time_s) +
@@ -68,8 +73,8 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
-  if (scene::is_explicit(method_.integrator)) {
-    ticked_.emplace(world_, scene::hands_of(scene), scene.sleeping);
+  if (scene::is_by_engine(method_.integrator)) {
+    ticked_.emplace(world_, scene::hands_of(scene), scene.sleeping, engine_method(method_));
   } else {
     integrator_ = make_integrator(method_);
     traits_ = integrator_->traits();
@@ -253,7 +258,6 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   if (part.must_end) own = last_iteration(budget, step.length_s);
   const auto prepared = Clock::now();
   SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
-  const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
   report.solve.products += solve.products;
@@ -280,7 +284,6 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
   report.contacts = trial.touching;
-  report.corrected = corrected;
   report.solve.converged = report.solve.converged && solve.converged;
   // The worst of all substeps, and what is no number is the worst.
   double& worst = report.solve.residual;
@@ -301,39 +304,6 @@ EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
     flow.tool_J += led_flow_J(world_, trial, led_contacts_, duration_s);
   }
   return flow;
-}
-
-/// Leads a step's converged end on to a sample that came while it was solved, so that the
-/// snapshot's tool is as old as this takes, not as the whole solution took. Adds to solve what it
-/// did; false, and nothing changed, if there is no such sample or this did not converge.
-bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
-  if (!step.may_correct || !traits_.solves) return false;
-  const ToolSamples samples = later_samples(step);
-  std::uint64_t newer_ns = proto::kNever;  // the least of those that there are
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
-    if (samples[hand])
-      newer_ns = std::min(newer_ns, samples[hand]->time_ns - step.report.tools[hand].time_ns);
-  if (newer_ns == proto::kNever) return false;
-  step.may_correct = false;
-  const std::vector<ToolMotion> before = tools_;
-  redirect(samples, part.start);
-  find_tool_contacts(part);
-  Budget own = step.budget;
-  own.iterations = std::min(kIterations, own.iterations - solve.iterations);
-  // What takes longer than its sample is newer makes the snapshot older.
-  if (own.has_deadline()) own.end_within(std::min(newer_ns, std::uint64_t{1'000'000'000}));
-  const double duration_s = step.length_s * (part.end - part.start);
-  const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
-  solve.iterations += again.iterations;
-  solve.products += again.products;
-  if (again.converged) {
-    solve.residual = again.residual;
-    step.report.note_times(samples);
-    return true;
-  }
-  tools_ = before;
-  find_tool_contacts(part);
-  return false;
 }
 
 /// Whether what forces led off its way met what is on no list, and what is to be done about it.
@@ -438,10 +408,8 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
                                 tool_spheres_))
     return {};
   // Of a part they are known by other numbers.
-  std::span<const ContactMemory> kept;
-  if (const ContactMemories* memories = this->memories();
-      memories != nullptr && predicted_part_.is_whole())
-    kept = memories->kept();
+  std::vector<ContactMemory> kept;
+  if (predicted_part_.is_whole()) kept = stretched_contacts();
   prediction_->look(predicted_part_.world(),
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
                     budget, hand);
@@ -485,15 +453,6 @@ Energies Simulation::energies_now() {
   Energies now = energies(world_, tools_over(1.0, 1.0));
   if (const ContactMemories* memories = this->memories()) now.contacts_J += memories->energy_J();
   return now;
-}
-
-std::vector<ContactMemory> Simulation::sticking() const {
-  const ContactMemories* memories = this->memories();
-  return memories != nullptr ? memories->kept() : std::vector<ContactMemory>();
-}
-
-void Simulation::stick(std::vector<ContactMemory> sticking) {
-  if (ContactMemories* memories = this->memories()) memories->set_kept(std::move(sticking));
 }
 
 }  // namespace stillgrid::dynamics

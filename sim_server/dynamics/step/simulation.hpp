@@ -44,7 +44,6 @@ struct StepReport {
   int contacts = 0;            // that touch at the step's end
   int sleeping_spheres = 0;    // at the step's end
   std::array<ToolReport, proto::kMaxHands> tools{};  // by hand
-  bool corrected = false;  // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 
   void note_work(const EnergyByHand_J& work_J);
@@ -69,40 +68,25 @@ class Simulation {
   /// The same from another state. Pre: `world` is build_world(scene), moved.
   Simulation(const scene::SceneDescription& scene, bodies::World world);
 
-  /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
-  /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as
-  /// many. If the shortest does not converge either, its iterate of least residual is taken and the
-  /// report says so.
+  /// Advances the world by step_s.
   ///
-  /// A substep also ends where spheres would pass each other unseen, or come too deep at once: so
-  /// nothing, the tool on its straight path since its last sample included, crosses a body however
-  /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
-  /// report counts what that left. Where bodies are so many and fast that a substep would gather
-  /// more contacts than memory should hold (Detection), it is halved before.
+  /// The engine takes velocity Verlet in ticks of 1 ms at most, and implicit Euler in one tick or
+  /// as many as `substeps` (docs/algorithms/explicit_step.md, implicit_step.md). It divides ticks
+  /// so that fast bodies, and tools on their straight paths, cross no body. A tick that ends behind
+  /// the budget's deadline is the last: time runs late. Each tick takes the newest sample of each
+  /// tool.
   ///
-  /// Velocity Verlet takes ticks of 1 ms at most and divides them as stability asks
-  /// (docs/algorithms/explicit_step.md). A tick that ends behind the budget's deadline is the last:
-  /// time runs late.
+  /// Other methods take the step in one part. A part that does not converge is halved, down to an
+  /// eighth; the next step begins with half as many. A part also ends where spheres would pass each
+  /// other (docs/algorithms/fast_bodies.md), at most 64 times. The report counts crossings that are
+  /// left. Contacts are found again where forces led a sphere off its path. The tool is asked for
+  /// again before each part. A step whose budget is spent goes to its end in one iteration.
   ///
-  /// What forces led off the way that its contacts were found for, and into something that is not
-  /// among them, has them found again for a wider way, and the substep is computed again.
-  ///
-  /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
-  /// (docs/algorithms/sleeping.md).
-  ///
-  /// A step of a scene in which everything sleeps and the tool is far only takes time on.
+  /// A tick or part in which a sleeping body would be touched wakes it first
+  /// (docs/algorithms/sleeping.md). A step of a scene in which everything sleeps and the tool is
+  /// far only takes time on. A sample that is no later than the last changes nothing, to the bit.
   ///
   /// Throws std::domain_error if the state is not finite: that step is not part of the world.
-  ///
-  /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
-  /// move on safely if not exactly, and the snapshot comes in time. The report says so.
-  ///
-  /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
-  /// just before its own are [Davanne 2002, section 3]; while it is there, again for each part, and
-  /// once more when a solver of ours has converged on the last one, which is then corrected. A
-  /// sample that is no later than the last changes nothing, to the bit; from where it is then, the
-  /// tool moves evenly to a later one over the rest of the step
-  /// (docs/algorithms/low_latency_snapshots.md).
   ///
   /// take_tools: by hand; those beyond are away.
   StepReport step(double step_s, std::span<const TakeTool> take_tools, Budget budget = {});
@@ -135,10 +119,11 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
-  /// Friction's memory of implicit methods. With the world, another simulation goes on from it.
-  /// Velocity Verlet ignores it. Pre of stick(): from a world of the same spheres.
-  [[nodiscard]] std::vector<ContactMemory> sticking() const;
-  void stick(std::vector<ContactMemory> sticking);
+  /// State of contacts: with the world, another simulation of the scene continues from it. Empty by
+  /// methods that the engine does not have; they ignore it.
+  [[nodiscard]] std::vector<std::byte> contact_state() const;
+  /// Pre: the simulation that wrote it had the scene and the world of this one.
+  void set_contact_state(std::span<const std::byte> state);
 
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
   /// A change of it is taken up by the next step.
@@ -178,7 +163,6 @@ class Simulation {
     std::span<const TakeTool> take_tools;
     Budget budget;
     StepReport report = {};
-    bool may_correct = true;
   };
 
   /// By hand, as tools_.
@@ -189,6 +173,7 @@ class Simulation {
   void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
   void show_ticks(const TickedWorld::Report& ticked);
   [[nodiscard]] std::vector<std::optional<ToolPose>> tool_poses() const;
+  [[nodiscard]] std::vector<ContactMemory> stretched_contacts() const;
   [[nodiscard]] ContactMemories* memories() const {
     return integrator_ ? integrator_->memories() : nullptr;
   }
@@ -202,7 +187,6 @@ class Simulation {
   void find_tool_contacts(const Part& part);
   Attempt advance(Part& part, Step& step);
   [[nodiscard]] EnergyFlow flow_of(const Part& part, double duration_s);
-  bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
   void take_bodies(double duration_s);
   enum class Strays { kNone, kAgain, kShorter };
@@ -219,7 +203,7 @@ class Simulation {
   snapshot::MovingSnapshot snapshot_;
   snapshot::MovingFields moving_fields_;
   scene::Method method_;
-  std::optional<TickedWorld> ticked_;       // simulates explicit methods
+  std::optional<TickedWorld> ticked_;       // methods of the engine
   std::unique_ptr<Integrator> integrator_;  // all others; null with ticked_
   IntegratorTraits traits_;
   std::vector<ToolMotion> tools_;                        // by hand

@@ -9,8 +9,12 @@
 namespace stillgrid::dynamics {
 namespace {
 
-int ticks_of(double step_s) {
+/// Substeps that are given divide the step as they are asked for, a tick each. An implicit step is
+/// one tick else, unless a body swings: in a tick it moves evenly.
+int ticks_of(double step_s, const scene::Method& method, bool swings) {
   constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
+  if (method.substeps > 0) return method.substeps;
+  if (scene::is_implicit(method.integrator) && !swings) return 1;
   return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
 }
 
@@ -30,10 +34,10 @@ std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
 /// Advances the engine by the ticks of a step, until the budget is spent.
 TickedWorld::Report Simulation::run_ticks(Step& step) {
   StepReport& report = step.report;
-  // Substeps that are given divide the step as they are asked for, a tick each.
-  const int ticks = method_.substeps > 0 ? method_.substeps : ticks_of(step.length_s);
+  const int ticks = ticks_of(step.length_s, method_, swings_);
   const double tick_s = step.length_s / ticks;
   TickedWorld::Report sum{.all_slept = true};
+  ticked_->stop_at(step.budget.stop);
   for (int tick = 0; tick < ticks && !step.budget.is_stopped() && !report.out_of_budget; ++tick) {
     if (tick > 0) {
       const ToolSamples samples = later_samples(step);
@@ -48,6 +52,7 @@ TickedWorld::Report Simulation::run_ticks(Step& step) {
     sum.sleep_loss_J += ticked.sleep_loss_J;
     sum.substeps += ticked.substeps;
     sum.touching = ticked.touching;
+    sum.solve += ticked.solve;
     report.out_of_budget = step.budget.is_late();  // time runs late then
   }
   return sum;
@@ -82,9 +87,57 @@ void Simulation::note_ticks(const TickedWorld::Report& ticked, StepReport& repor
   if (watch_) watch_->note_given(ticked.flow.given_J);
   report.note_work(tool_work_J_);
   report.contacts = ticked.touching;
-  report.solve.iterations = report.substeps = ticked.substeps;
+  report.substeps = ticked.substeps;
+  report.crossings_left = ticked.solve.passes;
+  report.solve = {.converged = ticked.solve.converged,
+                  .iterations = ticked.solve.iterations,
+                  .products = ticked.solve.products,
+                  .residual = ticked.solve.residual_m_s};
+  if (scene::is_explicit(method_.integrator)) report.solve.iterations = ticked.substeps;
   if (ticked_->write_sleep(world_)) note_sleep();
   report.sleeping_spheres = ticked_->sleeping_spheres();
+}
+
+std::vector<std::byte> Simulation::contact_state() const {
+  std::vector<std::byte> state;
+  if (ticked_) ticked_->engine().save(state);
+  return state;
+}
+
+void Simulation::set_contact_state(std::span<const std::byte> state) {
+  if (ticked_ && !state.empty()) ticked_->load(state);
+}
+
+/// Contacts that friction has stretched, by key.
+std::vector<ContactMemory> Simulation::stretched_contacts() const {
+  if (!ticked_) return memories() != nullptr ? memories()->kept() : std::vector<ContactMemory>();
+  std::vector<ContactMemory> stretched;
+  const auto spheres = static_cast<std::int32_t>(world_.spheres.size());
+  const auto set_other = [&](std::int32_t sphere, contact::Contact& pair) {
+    (sphere < spheres ? pair.b : pair.other) = sphere < spheres ? sphere : sphere - spheres;
+  };
+  for (const ContactListing::Stretched& listed : ticked_->engine().listing().stretched()) {
+    contact::Contact pair;
+    pair.a = listed.sphere_a;
+    pair.other = listed.plane;
+    pair.is_plane = listed.plane >= 0;
+    Eigen::Vector3d stretch_m = listed.stretch_m;
+    if (listed.field >= 0) {
+      pair.b = spheres + listed.field;
+    } else if (listed.sphere_a >= spheres) {  // a fixture
+      stretch_m = -stretch_m;
+      pair.a = listed.sphere_b;
+      set_other(listed.sphere_a, pair);
+    } else if (listed.plane < 0) {
+      set_other(listed.sphere_b, pair);
+    }
+    if (is_turned(pair)) stretch_m = -stretch_m;
+    stretched.push_back({.key = key_of(pair),
+                         .stiffness_N_per_m = listed.stiffness_N_per_m,
+                         .stretch_m = stretch_m});
+  }
+  std::ranges::sort(stretched, {}, &ContactMemory::key);
+  return stretched;
 }
 
 void Simulation::show_ticks(const TickedWorld::Report& ticked) {

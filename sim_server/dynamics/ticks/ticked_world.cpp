@@ -19,16 +19,19 @@ bool is_finite(const SceneState& state) {
 }  // namespace
 
 TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands,
-                         bool may_sleep)
-    : hands_(hands.size()), time_s_(world.time_s) {
+                         bool may_sleep, EngineMethod method)
+    : hands_(hands.size()),
+      time_s_(world.time_s),
+      is_implicit_(method.kind == Method::kImplicitEuler) {
   DescribedWorld from = described(world, hands, may_sleep);
   sleeper_of_body_ = std::move(from.sleeper_of_body);
   prescribed_ = std::move(from.prescribed);
   first_hand_ = prescribed_.size() + (from.has_static_body ? 1 : 0);
   driven_.resize(first_hand_ + hands_);
+  before_.resize(driven_.size());
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
     driven_[k].orientation = world.rigid_bodies[prescribed_[k]].orientation;
-  engine_ = std::make_unique<Engine>(std::move(from.description), std::move(from.state));
+  engine_ = std::make_unique<Engine>(std::move(from.description), std::move(from.state), method);
 }
 
 void TickedWorld::read_from(const bodies::World& world) {
@@ -53,6 +56,11 @@ void TickedWorld::read_from(const bodies::World& world) {
   if (differs) engine_->set_state(std::move(state));
   engine_->set_gravity(world.gravity_m_s2);
   time_s_ = world.time_s;
+}
+
+void TickedWorld::load(std::span<const std::byte> state) {
+  engine_->load(state);
+  engine_->set_state(engine_->state());
 }
 
 /// Tools are the last rigid bodies.
@@ -90,8 +98,21 @@ void TickedWorld::aim(const bodies::World& world, const Tick& tick) {
   }
 }
 
-/// Driven bodies move evenly within a tick: the work of their reactions is a product.
-void TickedWorld::add_flow(EnergyFlow& flow) const {
+namespace {
+
+DrivenReaction sum_of(double share, const DrivenReaction& a, double other,
+                      const DrivenReaction& b) {
+  return {share * a.impulse_N_s + other * b.impulse_N_s,
+          share * a.moment_N_m_s + other * b.moment_N_m_s,
+          share * a.rigid_impulse_N_s + other * b.rigid_impulse_N_s,
+          share * a.rigid_moment_N_m_s + other * b.rigid_moment_N_m_s};
+}
+
+}  // namespace
+
+/// Driven bodies move evenly within a tick: the work of their reactions is a product. The reaction
+/// of an implicit step is the force at its end, and what moves the body has the mean of both ends.
+void TickedWorld::add_flow(double tick_s, EnergyFlow& flow) {
   const SceneState& state = engine_->state();
   const auto along_J = [&](std::size_t rigid, const Eigen::Vector3d& impulse_N_s,
                            const Eigen::Vector3d& moment_N_m_s) {
@@ -100,9 +121,12 @@ void TickedWorld::add_flow(EnergyFlow& flow) const {
   };
   // The world gets what is not given to other driven bodies.
   const auto work_J = [&](std::size_t driven, std::size_t rigid) {
-    const DrivenReaction& reaction = engine_->reactions()[driven];
+    const DrivenReaction& end = engine_->reactions()[driven];
+    const DrivenReaction reaction =
+        is_implicit_ ? sum_of(0.5, end, 0.5 * tick_s, before_[driven]) : end;
+    before_[driven] = sum_of(1.0 / tick_s, end, 0.0, end);
     const double all_J =
-        reaction.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
+        end.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
     flow.given_J += all_J - along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
     return all_J;
   };
@@ -124,9 +148,10 @@ TickedWorld::Report TickedWorld::advance(const bodies::World& world, const Tick&
   time_s_ += tick.length_s;
   Report report{.substeps = engine_->substeps(),
                 .touching = engine_->touching(),
+                .solve = engine_->solve(),
                 .sleep_loss_J = engine_->sleep().loss_J(),
                 .all_slept = slept && engine_->sleep().all_sleep()};
-  add_flow(report.flow);
+  add_flow(tick.length_s, report.flow);
   return report;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
@@ -25,11 +26,16 @@ struct ToolPose {
 /// Thread: one.
 class TickedWorld {
  public:
-  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands, bool may_sleep);
+  TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands, bool may_sleep,
+              EngineMethod method = {});
 
   /// Takes positions, velocities and gravity from the world. Pre: it has the bodies that the
   /// constructor saw.
   void read_from(const bodies::World& world);
+
+  /// Continues from a state that the engine of another TickedWorld of the same world saved; all
+  /// bodies are awake.
+  void load(std::span<const std::byte> state);
 
   /// How a tick is taken.
   struct Tick {
@@ -41,6 +47,7 @@ class TickedWorld {
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
+    SolveFigures solve = {};    // implicit Euler
     double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
   };
@@ -51,6 +58,9 @@ class TickedWorld {
   /// Writes positions, velocities and the time to the world. Returns whether all are finite: else
   /// the world stays as it is.
   [[nodiscard]] bool write_to(bodies::World& world) const;
+
+  /// See Engine::stop_at().
+  void stop_at(const std::atomic<bool>* stop) { engine_->stop_at(stop); }
 
   void write_time(bodies::World& world) const { world.time_s = time_s_; }
   /// Writes who sleeps to the world. Returns whether that changed.
@@ -67,7 +77,7 @@ class TickedWorld {
 
  private:
   void aim(const bodies::World& world, const Tick& tick);
-  void add_flow(EnergyFlow& flow) const;
+  void add_flow(double tick_s, EnergyFlow& flow);
   [[nodiscard]] std::size_t rigid_of_hand(std::size_t hand) const;
 
   std::vector<std::size_t> prescribed_;
@@ -77,6 +87,8 @@ class TickedWorld {
   std::unique_ptr<Engine> engine_;
   double time_s_;
   std::vector<DrivenPose> driven_;  // at the end of a tick
+  bool is_implicit_;
+  std::vector<DrivenReaction> before_;  // forces and torques at the end of the last tick, for 1 s
 };
 
 }  // namespace stillgrid::dynamics

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+#include "tests/laboratory/methods/implicit_integrator.hpp"
 
 namespace stillgrid::laboratory {
 
@@ -53,7 +53,7 @@ void BroydenSolver::find_step(const dynamics::NonlinearSystem& system, std::size
 }
 
 std::unique_ptr<dynamics::Integrator> make_broyden(const scene::Method& method) {
-  return std::make_unique<dynamics::ImplicitIntegrator>(
+  return std::make_unique<ImplicitIntegrator>(
       std::make_unique<BroydenSolver>(method.tolerance_m_s));
 }
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/shared/dynamics/engine_scenes.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 
 namespace stillgrid::dynamics::contact_law_test {
 namespace {
@@ -44,7 +44,7 @@ TEST_CASE("A block on a turntable stays in its place", "[dynamics]") {
     for (const double y : {-0.01, 0.01}) scene.add_sphere(table, 0.01, {kDistance_m + x, y, 0.0});
   scene.state.rigid_velocity_m_s[1] = {0.0, kSpin_rad_s * kDistance_m, 0.0};
   scene.state.angular_velocity_rad_s[1] = {0.0, 0.0, kSpin_rad_s};
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   DrivenPose pose;
   double turn_rad = 0.0;
   const auto place_m = [&]() -> Eigen::Vector3d {  // in the frame of the table

@@ -4,52 +4,10 @@
 #include "shared/dynamics/rigid_motion.hpp"
 #include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/drawn_scene.hpp"
-#include "tests/shared/dynamics/engine_scenes.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 
 namespace stillgrid::dynamics::energy_test {
 namespace {
-
-/// Kinetic energy, that of gravity, springs, joints and contacts, J.
-double energy_J(const Engine& engine) {
-  const Description& description = engine.description();
-  const SceneState& state = engine.state();
-  const Eigen::Vector3d gravity = description.gravity_m_s2;
-  double sum_J = engine.contact_energy_J();
-  for (std::size_t i = 0; i < description.nodes.size(); ++i) {
-    const Description::Node& node = description.nodes[i];
-    if (!node.is_pinned)
-      sum_J += node.mass_kg * (0.5 * state.node_velocity_m_s[i].vector().squaredNorm() -
-                               gravity.dot(state.node_position_m[i].vector()));
-  }
-  for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r) {
-    const Description::Rigid& body = description.rigid_bodies[r];
-    if (body.is_driven) continue;
-    const Eigen::Vector3d spin = state.angular_velocity_rad_s[r].vector();
-    sum_J += body.mass_kg * (0.5 * state.rigid_velocity_m_s[r].vector().squaredNorm() -
-                             gravity.dot(state.rigid_position_m[r].vector()));
-    const Eigen::Vector3d local = state.orientation[r].quaternion().conjugate() * spin;
-    sum_J += 0.5 * local.dot(body.inertia_kg_m2.cwiseProduct(local));
-  }
-  for (const Description::Spring& spring : description.springs) {
-    const auto end = [&](int node) {
-      return state.node_position_m[static_cast<std::size_t>(node)].vector();
-    };
-    const double longer_m = (end(spring.a) - end(spring.b)).norm() - spring.rest_length_m;
-    sum_J += 0.5 * spring.stiffness_N_per_m * longer_m * longer_m;
-  }
-  for (const Description::Joint& joint : description.joints) {
-    const auto end = [&](const Description::JointEnd& from) -> Eigen::Vector3d {
-      if (from.node >= 0)
-        return state.node_position_m[static_cast<std::size_t>(from.node)].vector();
-      if (from.rigid < 0) return from.point_m;
-      const auto r = static_cast<std::size_t>(from.rigid);
-      return state.rigid_position_m[r].vector() + state.orientation[r].quaternion() * from.point_m;
-    };
-    const double longer_m = (end(joint.a) - end(joint.b)).norm() - joint.rest_length_m;
-    sum_J += 0.5 * joint.stiffness_N_per_m * longer_m * longer_m;
-  }
-  return sum_J;
-}
 
 /// Sums over ticks.
 struct Account {

@@ -89,7 +89,9 @@ struct EngineScene {
   }
   void with_gravity() { description.gravity_m_s2 = {0.0, 0.0, -9.81}; }
 
-  [[nodiscard]] Engine engine() const { return {description, state}; }
+  [[nodiscard]] Engine engine(EngineMethod method = {}) const {
+    return {description, state, method};
+  }
 };
 
 /// Balls of 8 to 12 mm that fall into a bin, in ten layers, as drawn by seed 17.

@@ -6,6 +6,7 @@
 
 #include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/field_scenes.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 #include "tests/sim_server/every_target.hpp"
 
 namespace stillgrid::dynamics::field_contact_test {
@@ -34,6 +35,7 @@ Eigen::Vector3d velocity_of(const Engine& engine, int rigid) {
 TEST_CASE("A ball at rest on a field is as deep as its weight over the stiffness there",
           "[dynamics][field]") {
   const double map = GENERATE(1.0, 2.5);
+  const EngineMethod method = each_method();
   EngineScene scene;
   scene.with_gravity();
   collision::ScalarField stiffness;
@@ -41,7 +43,7 @@ TEST_CASE("A ball at rest on a field is as deep as its weight over the stiffness
   add_static_field(scene, box_field(kBox_m, stiffness), Eigen::Vector3d::Zero());
   const double radius_m = 0.0087, top_m = 0.5 * kBox_m.z();
   const int ball = scene.add_ball(radius_m, {0.003, 0.001, top_m + radius_m + 0.001});
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(method);
 
   run(engine, 3.0);
 
@@ -57,7 +59,8 @@ TEST_CASE("A ball at rest on a field is as deep as its weight over the stiffness
 }
 
 TEST_CASE("A ball rolls over the field of a ball as over a sphere", "[dynamics][field]") {
-  const auto rolled = [](bool by_field) {
+  const EngineMethod method = each_method();
+  const auto rolled = [&](bool by_field) {
     EngineScene scene;
     scene.with_gravity();
     const double round_m = 0.03, radius_m = 0.008;
@@ -68,7 +71,7 @@ TEST_CASE("A ball rolls over the field of a ball as over a sphere", "[dynamics][
       scene.add_sphere(rigid, round_m);
     }
     const int ball = scene.add_ball(radius_m, {0.004, 0.001, 0.0375});
-    Engine engine = scene.engine();
+    Engine engine = scene.engine(method);
     run(engine, 0.25);
     std::vector<Eigen::Vector3d> motion{position_of(engine, ball), velocity_of(engine, ball)};
     motion.push_back(
@@ -127,7 +130,8 @@ EngineScene flight(unsigned seed, const collision::ContactMaterial& material) {
 TEST_CASE("Two bodies with fields collide by their surface points and keep their momenta",
           "[dynamics][field]") {
   const auto seed = GENERATE(range(1U, 9U));
-  Engine engine = flight(seed, {870.0, 0.7, 0.35}).engine();
+  const EngineMethod method = each_method();
+  Engine engine = flight(seed, {870.0, 0.7, 0.35}).engine(method);
   const Momenta start = momenta_of(engine);
   int most = 0;
   for (int k = 0; k < 350; ++k) {
@@ -137,14 +141,17 @@ TEST_CASE("Two bodies with fields collide by their surface points and keep their
   const Momenta end = momenta_of(engine);
   REQUIRE(most > 0);
   CHECK((end.linear - start.linear).norm() < 1e-6 * start.linear.norm());
-  CHECK((end.angular - start.angular).norm() < 1e-3 * start.angular.norm());
+  // Implicit steps have levers of their middle.
+  const double lost = method.kind == Method::kSmallSteps ? 1e-3 : 0.02;
+  CHECK((end.angular - start.angular).norm() < lost * start.angular.norm());
   CHECK(end.kinetic_J < start.kinetic_J);
 }
 
 TEST_CASE("A collision of fields makes no energy", "[dynamics][field]") {
   const auto seed = GENERATE(range(1U, 9U));
   const double friction = GENERATE(0.0, 0.35);
-  Engine engine = flight(seed, {870.0, 0.0, friction}).engine();
+  const EngineMethod method = each_method();
+  Engine engine = flight(seed, {870.0, 0.0, friction}).engine(method);
   const double start_J = momenta_of(engine).kinetic_J;
   int most = 0;
   for (int k = 0; k < 350; ++k) {
@@ -154,7 +161,8 @@ TEST_CASE("A collision of fields makes no energy", "[dynamics][field]") {
   REQUIRE(most > 0);
   REQUIRE(engine.contact_energy_J() == 0.0);
   CHECK(momenta_of(engine).kinetic_J < 1.01 * start_J);
-  if (friction == 0.0) CHECK(momenta_of(engine).kinetic_J > 0.95 * start_J);
+  if (friction == 0.0 && method.kind == Method::kSmallSteps)
+    CHECK(momenta_of(engine).kinetic_J > 0.95 * start_J);
 }
 
 TEST_CASE("A box with a field lies on another, held by friction, without creep",
@@ -168,7 +176,7 @@ TEST_CASE("A box with a field lies on another, held by friction, without creep",
   const SharedField box = box_field(kBox_m);
   add_field_box(scene, kBox_m, 0.137, {0.0, 0.0, 0.5 * kBox_m.z()}, box);
   add_field_box(scene, kBox_m, 0.137, {0.0043, -0.0029, 1.5 * kBox_m.z()}, box);
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   run(engine, 2.0);
   const Eigen::Vector3d rested_m = position_of(engine, 1);
   REQUIRE(rested_m.z() > 1.4 * kBox_m.z());
@@ -204,7 +212,7 @@ TEST_CASE("A tool that presses a free body with a field feels the body's weight"
     scene.add_sphere(tool, 0.008, {0.015 * std::cos(turn_rad), 0.015 * std::sin(turn_rad), 0.0});
     scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
   }
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   run(engine, 2.0);
   const Eigen::Vector3d force_N = engine.reactions().front().impulse_N_s / kTick_s;
   CHECK(force_N.z() == Approx(-0.137 * kGravity_m_s2).epsilon(1e-3));
@@ -222,7 +230,7 @@ TEST_CASE("A fast ball does not pass through a plate that is a field", "[dynamic
       0.0043, {0.01 * unit(random), 0.01 * unit(random), 0.03 + 0.005 * unit(random)});
   scene.state.rigid_velocity_m_s[static_cast<std::size_t>(ball)] = {0.2 * unit(random), 0.0,
                                                                     -3.0 - 2.0 * unit(random)};
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   run(engine, 0.1);
   CHECK(position_of(engine, ball).z() > 0.0);
 }

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "tests/shared/dynamics/engine_scenes.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 
 namespace stillgrid::dynamics::sleep_test {
 namespace {
@@ -51,7 +51,7 @@ std::vector<std::byte> timeless(const Engine& engine) {
 }
 
 TEST_CASE("Scenes at rest sleep, and change by no bit", "[sleep]") {
-  Engine engine = stacks().engine();
+  Engine engine = stacks().engine(each_method());
   double lost_J = 0.0;
   for (int tick = 0; tick < 20000 && !engine.sleep().all_sleep(); ++tick) {
     engine.step(kAway);
@@ -76,7 +76,7 @@ TEST_CASE("Scenes at rest sleep, and change by no bit", "[sleep]") {
 
 TEST_CASE("A tool wakes the island that it would touch, in the same tick, and no other",
           "[sleep]") {
-  Engine engine = stacks().engine();
+  Engine engine = stacks().engine(each_method());
   lull(engine);
   int tick = 0;
   for (; tick < 200 && engine.sleep().all_sleep(); ++tick)
@@ -98,7 +98,7 @@ TEST_CASE("A block that slept on a slope wakes held as it was", "[sleep]") {
   const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), true);
   scene.add_sphere(tool, 0.005);
   scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   lull(engine);
   const Eigen::Vector3d before = engine.state().rigid_position_m[0].vector();
   // A tool that hardly touches one of the upper spheres.
@@ -118,7 +118,8 @@ TEST_CASE("Runs through saved blocks are equal to the bit, sleeping, half awake 
   const auto pose = [](int tick) {
     return tick < 4000 ? kAway : tool_at({0.01, 0.01, 0.09 - 1e-5 * (tick - 4000)});
   };
-  Engine whole = stacks().engine();
+  const EngineMethod method = each_method();
+  Engine whole = stacks().engine(method);
   std::vector<std::byte> block, other;
   int halves = 0;
   for (int tick = 0; tick < 8000; ++tick) {
@@ -126,10 +127,10 @@ TEST_CASE("Runs through saved blocks are equal to the bit, sleeping, half awake 
     if (tick % 400 != 399) continue;
     if (whole.sleep().sleeping() > 0) ++halves;
     whole.save(block);
-    Engine loaded = stacks().engine();
+    Engine loaded = stacks().engine(method);
     loaded.load(block);
     for (int more = 1; more <= 30; ++more) loaded.step(pose(tick + more));
-    Engine again = stacks().engine();
+    Engine again = stacks().engine(method);
     again.load(block);
     again.save(other);
     CHECK((other == block));
@@ -152,7 +153,7 @@ TEST_CASE("What a pendulum does at its turning point is no rest", "[sleep]") {
                        scene.add_node(0.1, {0.01, 0.0, -1.0})};
   scene.add_spring(ends[0], ends[1], 1e4);
   scene.description.bodies.push_back({.node_count = 2, .rest_speed_m_s = 1.5e-4});
-  Engine engine = scene.engine();
+  Engine engine = scene.engine(each_method());
   for (int tick = 0; tick < 4000; ++tick) {
     engine.step();
     CHECK(engine.sleep().sleeping() == 0);

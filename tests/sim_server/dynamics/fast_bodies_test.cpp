@@ -254,22 +254,6 @@ TEST_CASE("What a spring hurls from rest meets what is on its way", "[fast_bodie
   if (end_m < ball_m) CHECK_FALSE(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
 }
 
-TEST_CASE("The report counts the crossings that 64 shortenings of a step leave", "[fast_bodies]") {
-  std::vector<bodies::BodyDescription> row;
-  for (int i = 0; i < 100; ++i) row.push_back(sim_server::sphere({0.01 * i, 0, 0}, 0.002, 1.0));
-  scene::SceneDescription scene = sim_server::scene_of(row, sim_server::material_of(1.0));
-  scene.tool = {{Eigen::Vector3d::Zero(), 0.002}};
-  Simulation simulation(scene);
-  (void)simulation.step(0.01, [] { return ToolSample{.position_m = {-0.1, 0, 0}}; });
-  const StepReport report = simulation.step(0.01, [] {
-    return ToolSample{.position_m = {1.1, 0, 0}};
-  });
-
-  CHECK(report.crossings_left > 0);
-  CHECK(report.substeps <= 64 + 8);
-  CHECK(simulation.world().time_s == Approx(0.02));
-}
-
 TEST_CASE("What rests or slides in touch takes one step, though gravity would part it",
           "[fast_bodies]") {
   Simulation simulation(sim_server::scene_of(

@@ -109,33 +109,31 @@ TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
 
   const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   // Sliding: half of the pressure, sideways, at the ball's top, which spins it forwards. The tool
-  // comes from 0.1 mm aside, so that the pressure of the step is half of that aslant.
+  // comes from 0.1 mm aside, so that both forces of the step are half of that aslant.
   CHECK(ball.velocity_m_s.z() < 0.0);
-  const double dragged_m_s = -0.5 * ball.velocity_m_s.z();
-  CHECK(ball.velocity_m_s.x() ==
-        Approx(dragged_m_s - 0.5e-4 / 0.015 * ball.velocity_m_s.z()).epsilon(1e-4));
+  const double aslant = 0.5e-4 / 0.015;
+  const double pressed_m_s = -ball.velocity_m_s.z() / (1.0 - 0.5 * aslant);
+  const double dragged_m_s = 0.5 * pressed_m_s;
+  CHECK(ball.velocity_m_s.x() == Approx(dragged_m_s + aslant * pressed_m_s).epsilon(1e-4));
   CHECK(ball.angular_velocity_rad_s.y() ==
         Approx(0.1 * dragged_m_s * 0.0075 / (0.4 * 0.1 * 0.01 * 0.01)).epsilon(1e-4));
 }
 
-TEST_CASE("The tool is asked for once, after the bodies were checked", "[simulation]") {
+TEST_CASE("The tool is asked for once in a tick", "[simulation]") {
   Simulation simulation(sim_server::scene_of(
       {sim_server::sphere({0, 0, 0}, 0.01, 0.1), sim_server::sphere({0, 0, 0.015}, 0.01, 0.1)}));
   int asked = 0;
-  std::size_t contacts_known = 0;
 
   const StepReport report = simulation.step(kStep_s, [&]() -> std::optional<ToolSample> {
     ++asked;
-    contacts_known = simulation.detection().contacts().size();
     return std::nullopt;
   });
 
   CHECK(asked == 1);
-  CHECK(contacts_known == 1);
   CHECK(report.tools[0].time_ns == 0);
 }
 
-TEST_CASE("A step reports the contacts that touch and what its phases cost", "[simulation]") {
+TEST_CASE("A step reports the contacts that touch and what it costs", "[simulation]") {
   Simulation simulation(sim_server::scene_of(
       {sim_server::sphere({0, 0, 0}, 0.01, 0.1), sim_server::sphere({0, 0, 0.015}, 0.01, 0.1),
        sim_server::sphere({0, 0, 0.0355}, 0.01, 0.1)},
@@ -144,7 +142,6 @@ TEST_CASE("A step reports the contacts that touch and what its phases cost", "[s
   const StepReport report = simulation.step(1e-4, no_tool);
 
   CHECK(report.contacts == 1);
-  CHECK(report.detect.count() > 0);
   CHECK(report.integrate.count() > 0);
 }
 
@@ -254,7 +251,7 @@ TEST_CASE("A settled block lies on as it lay where its world is copied with what
   double moved_m[2] = {};
   for (const bool sticks : {false, true}) {
     Simulation copy(scene, settled.world());
-    if (sticks) copy.stick(settled.sticking());
+    if (sticks) copy.set_contact_state(settled.contact_state());
     for (int i = 0; i < 30; ++i) {
       (void)copy.step(kStep_s, no_tool);
       moved_m[sticks] =

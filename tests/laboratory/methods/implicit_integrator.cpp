@@ -1,53 +1,37 @@
-#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+#include "tests/laboratory/methods/implicit_integrator.hpp"
 
 #include <array>
 #include <cmath>
 
-namespace stillgrid::dynamics {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr std::size_t kMaxBrakes = 24;  // of a step that did not converge
 
 }  // namespace
 
-SolveReport ImplicitIntegrator::advance(const bodies::World& world,
-                                        std::span<const contact::Contact> contacts,
-                                        double duration_s, Budget& budget) {
-  take(world, contacts);
+dynamics::SolveReport ImplicitIntegrator::advance(const bodies::World& world,
+                                                  std::span<const contact::Contact> contacts,
+                                                  double duration_s, dynamics::Budget& budget) {
+  load(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
   velocity_ = start_velocity;
-  ImplicitStage stage(system_, duration_s);
-  const SolveReport report = solver_->solve(stage, velocity_, budget);
+  dynamics::ImplicitStage stage(system_, duration_s);
+  const dynamics::SolveReport report = solver_->solve(stage, velocity_, budget);
   displacement_ = stage.displacement();
-  is_true_ = report.converged;
-  if (!is_true_ && budget.is_stopped()) return report;
-  const bool is_finite = is_true_ || make_safe(start_velocity, duration_s);
+  if (!report.converged && budget.is_stopped()) return report;
+  const bool is_finite = report.converged || make_safe(start_velocity, duration_s);
   end_with(contacts, duration_s);
   trial_.is_finite = is_finite;
   return report;
 }
 
-SolveReport ImplicitIntegrator::correct(const bodies::World& world,
-                                        std::span<const contact::Contact> contacts,
-                                        double duration_s, Budget& budget) {
-  if (!is_true_) return {};
-  take(world, contacts);
-  ImplicitStage stage(system_, duration_s);
-  Eigen::VectorXd velocity = velocity_;
-  const SolveReport report = solver_->solve(stage, velocity, budget);
-  if (!report.converged) return report;
-  velocity_.swap(velocity);
-  displacement_ = stage.displacement();
-  end_with(contacts, duration_s);
-  return report;
-}
-
 /// A world with contacts that begin as the last step that was committed left them.
-void ImplicitIntegrator::take(const bodies::World& world,
+void ImplicitIntegrator::load(const bodies::World& world,
                               std::span<const contact::Contact> contacts) {
   memories_.take(world, contacts);
   memories_.stretches(contacts, stretches_m_);
-  system_.take(world, contacts, stretches_m_, Levers::kMean);
+  system_.take(world, contacts, stretches_m_, dynamics::Levers::kMean);
 }
 
 /// The step ends where the system is placed: the trial, and what the memories become.
@@ -55,7 +39,8 @@ void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts, do
   system_.stretches(duration_s, ended_m_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const std::uint32_t contact = memories_.places()[i].contact;
-    memories_[i].stretch_m = is_turned(contacts[contact]) ? -ended_m_[contact] : ended_m_[contact];
+    memories_[i].stretch_m =
+        dynamics::is_turned(contacts[contact]) ? -ended_m_[contact] : ended_m_[contact];
   }
   trial_ = system_.trial();
   trial_.start_stretches_m = stretches_m_;
@@ -90,8 +75,8 @@ bool ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
 }
 
 void ImplicitIntegrator::commit(bodies::World& world, double duration_s) {
-  Integrator::commit(world, duration_s);
+  dynamics::Integrator::commit(world, duration_s);
   memories_.keep();
 }
 
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::laboratory
