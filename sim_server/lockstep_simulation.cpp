@@ -22,7 +22,7 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
                                        LockstepSchedule schedule, CostClock now_s,
                                        double prediction_s)
     : session_(unique_session()),
-      predicts_(predicts(scene)),
+      predicts_(predicts(scene) && prediction_s != kNoPrediction),
       prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),

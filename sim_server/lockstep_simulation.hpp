@@ -18,6 +18,8 @@ namespace stillgrid::sim_server {
 /// The clock that costs are taken by, s.
 using CostClock = std::function<double()>;
 
+inline constexpr double kNoPrediction = -1.0;
+
 /// sim_server's lockstep without a peer to wait for: the caller knows what time it is. Publishes
 /// into a session of its own.
 ///
@@ -31,7 +33,8 @@ class LockstepSimulation {
                          const publication::SnapshotPrediction&)>;
 
   /// world: build_world(scene), moved. now_s: by which steps are measured; empty: they are not.
-  /// prediction_s: of the step that snapshots predict; 0: the scene's period. Throws SegmentError.
+  /// prediction_s: of the step that snapshots predict; 0: the scene's period.
+  /// Snapshots have no predictions if it is kNoPrediction. Throws SegmentError.
   LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
                      LockstepSchedule schedule, CostClock now_s = {}, double prediction_s = 0.0);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -24,9 +25,8 @@
 #include "sim_server/available_memory.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/contact/start_warnings.hpp"
-#include "sim_server/dynamics/choice/default_step.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
-#include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/hand_path.hpp"
 #include "sim_server/report.hpp"
@@ -36,6 +36,7 @@
 #include "sim_server/server.hpp"
 #include "sim_server/settle_choices.hpp"
 #include "sim_server/surface_file.hpp"
+#include "sim_server/try_files.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -44,7 +45,7 @@ struct Arguments {
   std::filesystem::path scene, report, final_state, choice, surfaces;
   std::optional<double> rate_hz;
   std::string group;
-  bool lockstep = false, offline = false, explain = false, check = false;
+  bool lockstep = false, offline = false, explain = false, check = false, tries = false;
   ServerOptions server;
 };
 
@@ -81,8 +82,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   offline->excludes(lockstep)->excludes(session);
   auto* explain =
       app.add_flag("--explain", arguments.explain,
-                   "Try methods, and rates if it has a hand, on the scene; print cost, error and "
-                   "reason of each, of models where contact = \"auto\" too, and end")
+                   "Try rates and methods under the scene's hand; print counted work, error and "
+                   "reason of each, and of models where contact = \"auto\", and end")
           ->excludes(lockstep)
           ->excludes(offline);
   auto* surfaces =
@@ -97,8 +98,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
                     ->excludes(offline);
   auto* choice = app.add_option(
       "--choice", arguments.choice,
-      "Record (JSON) of the rate chosen where the scene has rate_hz = \"auto\": read if it is "
-      "there, else written; virtual time needs one");
+      "Write the candidates of rate_hz = \"auto\" or --explain, a line of JSON each");
+  auto* tries =
+      app.add_flag("--try", arguments.tries,
+                   "Read lines FILE.toml TRANSITION from standard input; print work and error of "
+                   "each under the scene's hand, a line of JSON; scene_fit does")
+          ->excludes(lockstep)
+          ->excludes(offline);
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);
@@ -126,18 +132,20 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
   for (auto* of_run : {session, duration, seed, report, final_state, group, cpu, threads})
-    of_run->excludes(explain)->excludes(surfaces)->excludes(check);
-  explain->excludes(check);
+    of_run->excludes(explain)->excludes(surfaces)->excludes(check)->excludes(tries);
+  explain->excludes(check)->excludes(tries);
+  tries->excludes(check)->excludes(surfaces)->excludes(rate)->excludes(choice);
   surfaces->excludes(explain)->excludes(check)->excludes(rate)->excludes(choice);
 }
 
 /// What CLI11 cannot say by itself.
 void check(const Arguments& arguments) {
-  const bool is_run = !arguments.explain && !arguments.check && arguments.surfaces.empty();
+  const bool is_run =
+      !arguments.explain && !arguments.check && !arguments.tries && arguments.surfaces.empty();
   if (is_run && !arguments.offline && arguments.server.session.empty())
     throw CLI::ValidationError("--session",
-                               "is required unless --offline, --check, --explain or --surfaces "
-                               "is given");
+                               "is required unless --offline, --check, --explain, --try or "
+                               "--surfaces is given");
   if (arguments.offline && !arguments.server.duration_s)
     throw CLI::ValidationError("--offline", "needs --duration");
   if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
@@ -167,7 +175,7 @@ void require_hand(const scene::SceneDescription& scene, const std::filesystem::p
 bodies::World checked_world(const scene::SceneDescription& scene, const Arguments& arguments) {
   const std::string file = arguments.scene.string();
   dynamics::Memory room = available_memory();
-  if (arguments.offline || arguments.explain || !arguments.surfaces.empty())
+  if (arguments.offline || arguments.explain || arguments.tries || !arguments.surfaces.empty())
     room.shared_bytes = INFINITY;  // nothing is published
   scene::SceneDescription cheapest = scene;
   if (scene.choose_method) cheapest.method.integrator = scene::IntegratorKind::kVelocityVerlet;
@@ -192,13 +200,9 @@ int fail(const std::exception& error, realtime::ExitStatus status) {
   return status;
 }
 
-/// As a start would choose; a record is read if it is there, and none is written.
-int print_summary(const Arguments& arguments, scene::SceneDescription& scene,
-                  const bodies::World& world) {
-  const bool is_recorded = std::filesystem::exists(arguments.choice);
-  settle_choices(scene, world,
-                 {arguments.scene, is_recorded ? arguments.choice : std::filesystem::path()},
-                 false);
+/// Chooses as a start would.
+int print_summary(scene::SceneDescription& scene, const bodies::World& world) {
+  settle_choices(scene, world, {});
   std::fputs(summary_of(scene, world).c_str(), stdout);
   return realtime::kDone;
 }
@@ -240,7 +244,8 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 /// scene or twice. What is no file, such as /dev/null, may be named twice.
 void require_outputs(const Arguments& arguments) {
   std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
-  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
+  for (const auto& file :
+       {arguments.report, arguments.final_state, arguments.surfaces, arguments.choice}) {
     if (file.empty()) continue;
     const std::filesystem::path path = std::filesystem::weakly_canonical(file);
     const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
@@ -306,17 +311,20 @@ int run(Arguments& arguments) {
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
   require_outputs(arguments);
-  const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
-  if (!arguments.choice.empty() && !is_read && !arguments.check)
-    files::require_writable(arguments.choice);
+  if (!arguments.choice.empty() && !arguments.check) files::require_writable(arguments.choice);
   if (!arguments.group.empty())
     arguments.server.readers = publication::group_named(arguments.group);
   bodies::World world = checked_world(scene, arguments);
   if (!arguments.rate_hz) dynamics::settle_step(scene, world);
   check_latency(arguments, scene.period_s);
-  const ChoiceFiles choice_files{arguments.scene, arguments.choice};
-  if (arguments.explain) {
-    explain_choices(scene, world, choice_files);
+  if (arguments.explain || arguments.tries) {
+    require_hand(scene, arguments.scene);
+    if (arguments.explain) {
+      explain_choices(scene, world, arguments.choice);
+      return realtime::kDone;
+    }
+    if (!scene.hand) throw std::runtime_error("--try: expected a scene with a table [hand]");
+    try_files(scene, std::cin, std::cout);
     return realtime::kDone;
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
@@ -324,9 +332,10 @@ int run(Arguments& arguments) {
     require_hand(scene, arguments.scene);
     for (const std::string& warning : contact::cover_warnings(scene, arguments.scene.string()))
       spdlog::warn("{}", warning);
-    return print_summary(arguments, scene, world);
+    return print_summary(scene, world);
   }
-  settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
+  if (scene.choose_rate) require_hand(scene, arguments.scene);
+  settle_choices(scene, world, arguments.choice);
   const int threads = threads_of(arguments.server, scene.method, world);
   const dynamics::Workers workers = make_workers(threads);
   if (workers.threads() < threads)

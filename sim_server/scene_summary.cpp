@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdio>
 
-#include "sim_server/dynamics/choice/predicted_cost.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 
 namespace stillgrid::sim_server {
 namespace {

@@ -3,13 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <stdexcept>
+#include <ostream>
 #include <string>
+#include <variant>
 
-#include "shared/realtime/processor_time.hpp"
-#include "sim_server/explain.hpp"
-#include "sim_server/hand_path.hpp"
-#include "sim_server/rate_record.hpp"
+#include "shared/files/whole_file.hpp"
+#include "sim_server/chooser.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -18,61 +17,70 @@ void tell(const std::string& line) {
   spdlog::info("{}", line);
 }
 
-/// A hand that cannot be followed is refused before anything is tried.
-void look_at_hand(const scene::SceneDescription& scene) {
-  if (scene.hand) (void)HandPath(scene.hand->file, scene.device);
+void write_records(const Choice& choice, const std::filesystem::path& file) {
+  if (file.empty()) return;
+  files::write_whole(file, [&](std::ostream& out) {
+    for (const choice::Record& record : choice.records) out << choice::json_line(record) << '\n';
+  });
 }
 
-void settle_method(scene::SceneDescription& scene) {
-  const dynamics::MethodChoice choice = dynamics::choose_method(scene, tell);
-  scene.method = choice.method;
-  spdlog::info("method chosen: {}; --explain prints the trials", scene::describe(scene.method));
-  if (!choice.keeps_rate)
-    spdlog::warn("no method keeps the scene's rate with room to spare: snapshots may be late");
-  if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
-    spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
+void print_table(const std::string& title, std::span<const choice::Record> records) {
+  std::printf("%s\n\n%s\n", title.c_str(),
+              choice::table_of(records, dynamics::kWorkPerProcessor_ms).c_str());
+}
+
+void explain_contacts(const scene::SceneDescription& scene) {
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
+    if (mesh != nullptr && !mesh->contacts.empty())
+      print_table("contact of " + body.name, mesh->contacts);
+  }
 }
 
 }  // namespace
 
 void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
-                    const ChoiceFiles& files, bool is_virtual) {
-  const bool is_recorded = !files.record.empty() && std::filesystem::exists(files.record);
-  if (scene.choose_rate && is_virtual && !is_recorded)
-    throw std::runtime_error(files.scene.string() +
-                             ": simulation.rate_hz: value \"auto\": expected --choice FILE with a "
-                             "record in virtual time; sim_server --scene FILE --explain --choice "
-                             "FILE writes one");
-  if (scene.choose_method) settle_method(scene);
-  if (!scene.choose_rate) return;
-  if (is_recorded) {
-    read_rate_record(scene, files.scene, files.record);
-    spdlog::info("as recorded: {} Hz", 1.0 / scene.period_s);
-    return;
+                    const std::filesystem::path& records) {
+  if (scene.choose_rate) {
+    const Choice choice = choose(scene, candidates_of(scene, false), kStartWork, tell);
+    scene.period_s = choice.chosen.scene.period_s;
+    scene.method = choice.chosen.scene.method;
+    spdlog::info("rate chosen: {}; --explain prints the candidates", choice.chosen.record.name);
+    if (const std::string complaint = complaint_of(choice); !complaint.empty())
+      spdlog::warn("rate_hz: {}", complaint);
+    write_records(choice, records);
+  } else if (scene.choose_method) {
+    const dynamics::MethodChoice choice =
+        dynamics::choose_method(dynamics::load_of(world), scene.period_s);
+    scene.method = choice.method;
+    spdlog::info("method chosen: {}: {}", scene::describe(scene.method), choice.why);
   }
-  look_at_hand(scene);
-  const RateChoice rate =
-      choose_rate(scene, world, kServerBudget_s, realtime::thread_processor_s, tell);
-  scene.period_s = 1.0 / rate.rate_hz;
-  spdlog::info("rate chosen: {} Hz; --explain prints the trials", rate.rate_hz);
-  if (const std::string complaint = force_complaint(rate, scene); !complaint.empty())
-    spdlog::warn("rate_hz: {}", complaint);
-  if (!files.record.empty()) write_rate_record(rate, scene, files.scene, files.record);
 }
 
-void explain_choices(scene::SceneDescription scene, const bodies::World& world,
-                     const ChoiceFiles& files) {
-  look_at_hand(scene);
-  std::fputs(explain_contacts(scene).c_str(), stdout);
-  const dynamics::MethodChoice choice = dynamics::choose_method(scene, tell);
-  std::fputs(explain(choice, scene).c_str(), stdout);
-  if (scene.choose_method) scene.method = choice.method;
-  if (!scene.hand) return;
-  const RateChoice rate =
-      choose_rate(scene, world, kExplainBudget_s, realtime::thread_processor_s, tell);
-  std::fputs(('\n' + explain(rate, scene)).c_str(), stdout);
-  if (scene.choose_rate) scene.period_s = 1.0 / rate.rate_hz;
-  if (!files.record.empty()) write_rate_record(rate, scene, files.scene, files.record);
+void explain_choices(const scene::SceneDescription& scene, const bodies::World& world,
+                     const std::filesystem::path& records) {
+  std::optional<Choice> choice;
+  if (scene.hand) choice = choose(scene, candidates_of(scene, true), kExplainWork, tell);
+  explain_contacts(scene);
+  const dynamics::SceneLoad load = dynamics::load_of(world);
+  const dynamics::MethodChoice method = dynamics::choose_method(load, scene.period_s);
+  std::printf("%s: %.0f nodes, %.0f springs, %.0f rigid bodies, %.0f moving spheres\n",
+              scene.name.c_str(), load.nodes, load.springs, load.rigid_bodies, load.spheres);
+  std::printf("method by the spectrum: %s: %s\n", scene::describe(method.method).c_str(),
+              method.why.c_str());
+  if (!scene.choose_method)
+    std::printf("the scene names %s\n", scene::describe(scene.method).c_str());
+  if (!choice) return;
+  std::printf("truth: velocity_verlet at %g Hz, known to %.3g %%; hand %s over %.3g s\n", kTruth_hz,
+              100.0 * choice->truth_error_share, scene.hand->file.filename().c_str(),
+              choice->watched_s);
+  print_table("at most " + std::to_string(std::lround(100.0 * scene.processor_share)) +
+                  " % of a processor; work is counted, not timed",
+              choice->records);
+  std::printf("chosen: %s\n", choice->chosen.record.name.c_str());
+  if (const std::string complaint = complaint_of(*choice); !complaint.empty())
+    std::printf("%s\n", complaint.c_str());
+  write_records(*choice, records);
 }
 
 }  // namespace stillgrid::sim_server

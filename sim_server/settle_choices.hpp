@@ -7,22 +7,17 @@
 
 namespace stillgrid::sim_server {
 
-/// Files of a choice.
-struct ChoiceFiles {
-  std::filesystem::path scene;
-  std::filesystem::path record = {};  // none: nothing is read or written
-};
-
-/// Chooses the method and the rate that the scene leaves open, within seconds, and logs them. A
-/// rate depends on a clock, so it is read from the record if there is one, and in virtual time it
-/// must be. world: build_world(scene). Throws std::runtime_error, one line; RecordError;
+/// Chooses the method and the rate that the scene leaves open and logs them. Counted work decides,
+/// so that each start chooses the same. Writes the records of a rate into `records`, a line of JSON
+/// each, if the path is not empty. world: build_world(scene). Throws std::runtime_error, one line;
 /// SegmentError.
 void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
-                    const ChoiceFiles& files, bool is_virtual);
+                    const std::filesystem::path& records);
 
-/// Prints cost and error of each method to standard output, and of each rate for a scene with a
-/// hand; then writes the record of the rate, if a file is named. Throws as settle_choices().
-void explain_choices(scene::SceneDescription scene, const bodies::World& world,
-                     const ChoiceFiles& files);
+/// Prints all candidates of a scene to standard output, with work, error and the reason against
+/// each: contacts that were chosen, the method by the spectrum, and rates and methods for a scene
+/// with a hand. Writes and throws as settle_choices().
+void explain_choices(const scene::SceneDescription& scene, const bodies::World& world,
+                     const std::filesystem::path& records);
 
 }  // namespace stillgrid::sim_server

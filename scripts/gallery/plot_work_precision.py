@@ -126,7 +126,7 @@ def draw_legend(axes, has_auto):
         plt.Line2D([], [], color="black", marker="o", markerfacecolor="white", markersize=6,
                    label="on the Pareto front; others are pale"),
         *([plt.Line2D([], [], color="#D40000", marker="*", linestyle="", markersize=10,
-                      label='chosen by integrator = "auto" for 10, 1, 0.1 mm')] if has_auto else []),
+                      label='chosen by integrator = "auto" at steps of 20, 10, 5, 1 ms')] if has_auto else []),
         plt.Line2D([], [], color="0.3", marker="x", linestyle="", markersize=6,
                    label="diverged, not converged or too slow;\nat the border: nothing to compare"),
         plt.Line2D([], [], color="black", linestyle="--", linewidth=1.2,

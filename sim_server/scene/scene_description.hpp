@@ -67,14 +67,13 @@ struct SceneDescription {
   std::string name;  // of the file, without folder and extension
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0.0, 0.0, -9.81);
   double period_s = 0.01;         // of the simulation
-  bool choose_rate = false;       // rate_hz = "auto": the period is to be chosen by choose_rate()
-  double processor_share = 0.25;  // of one processor: what a rate chosen so may cost
+  bool choose_rate = false;       // rate_hz = "auto": choice::choose() chooses the period
+  double processor_share = 0.25;  // of one processor: most work of a rate chosen so
   Method method;
-  bool names_step = true;        // false: neither a rate nor a method, see settle_step()
-  bool choose_method = false;    // integrator = "auto": choose_method() chooses the method
-  double error_target_m = 1e-3;  // of positions, rms: what a method chosen so may err
-  bool sleeping = true;          // bodies at rest leave the work until something touches them
-  double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
+  bool names_step = true;      // false: neither a rate nor a method, see settle_step()
+  bool choose_method = false;  // integrator = "auto": dynamics::choose_method() does
+  bool sleeping = true;        // bodies at rest leave the work until something touches them
+  double voxel_ratio = 0.0;    // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<bodies::BodyDescription> bodies;
   std::vector<JointDescription> joints;

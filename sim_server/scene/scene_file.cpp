@@ -82,8 +82,6 @@ void read_method(toml::TableReader& table, Integrators integrators, SceneDescrip
     for (const char* key : {"substeps", "tolerance_m_s"})
       if (table.has(key))
         table.refuse(key, "no such key beside integrator = \"auto\", which chooses it");
-    scene.error_target_m =
-        table.number_or("error_target_m", toml::Bound::kPositive, scene.error_target_m);
     return;
   }
   if (is_explicit(method.integrator) && table.has("tolerance_m_s"))

@@ -133,7 +133,7 @@ class CheckLayersTest(SourceTreeTest):
                 "sim_server/dynamics/solvers/a.hpp": "dynamics",
                 "tests/laboratory/fit_run/a.cpp": "fit_run::detail",
                 "tests/sim_server/a.cpp": "sim_server", "tests/sim_server/mesh/a.cpp": "mesh",
-                "tests/stability/fit_run/a.cpp": "fit_run", "tests/laws/a.cpp": "laws",
+                "tests/laws/a.cpp": "laws",
                 "tests/stability/rivals/a.cpp": "laboratory"}.items():
             self.plant(file, "namespace stillgrid::toml {\nclass Reader;\n}\n\n"
                              f"namespace stillgrid::{namespace} {{\nnamespace {{\nint a();\n}}  // namespace\n"

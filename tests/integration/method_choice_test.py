@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""integrator = "auto" is chosen by counts; rate_hz = "auto" by a clock: recorded, and read back in virtual time."""
+"""integrator = "auto" is chosen by the spectrum, rate_hz = "auto" by counted work: no clock decides."""
 import json
 import subprocess
 
@@ -11,7 +11,6 @@ format = 2
 [simulation]
 rate_hz = 50.0
 integrator = "auto"
-error_target_m = 1e-3
 [[material]]
 name = "thread"
 contact_stiffness_N_per_m = 200.0
@@ -48,16 +47,15 @@ class MethodChoiceTest(daemons.SessionTest):
         return subprocess.run([str(each) for each in command], capture_output=True, text=True,
                               timeout=60 * daemons.PATIENCE)
 
-    def test_explain_names_the_chosen_method_and_why_others_were_refused(self):
+    def test_explain_names_the_chosen_method_and_why(self):
         result = self.explain()
 
         self.assertEqual(result.returncode, DONE, result.stderr)
-        lines = result.stdout.splitlines()
-        chosen = [line for line in lines if line.startswith("* ")]
-        self.assertEqual(len(chosen), 1, result.stdout)
-        self.assertTrue(any(line.strip().startswith("implicit_euler") for line in lines), result.stdout)
+        self.assertRegex(result.stdout, "method by the spectrum: velocity_verlet: springs of .* rad/s")
         self.assertEqual(self.explain().stdout, result.stdout)  # no clock is read
-        self.assertFalse(self.record.exists())  # that is of a rate
+        self.assertFalse(self.record.exists())  # that is of a hand
+        self.write("auto.toml", SCENE.replace("structural = 50.0", "structural = 1e9"))
+        self.assertRegex(self.explain().stdout, "method by the spectrum: implicit_euler: .* more than 16\n")
 
     def test_explain_lists_the_models_of_a_contact_that_is_chosen(self):
         self.write("cube.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1)) +
@@ -77,14 +75,11 @@ material = "thread"
         result = self.explain()
 
         self.assertEqual(result.returncode, DONE, result.stderr)
-        contacts, methods = result.stdout.split("\n\n", 2)[1:]
-        self.assertIn("contact of cube, by counts; its force may err by 3 JND", result.stdout)
-        rows = contacts.splitlines()[2:]
+        rows = result.stdout.split("contact of cube")[1].split("\n\n")[1].splitlines()[2:]
         chosen = [row for row in rows if row.startswith("* ")]
-        self.assertEqual(len(chosen), 1, contacts)
-        self.assertLessEqual(float(chosen[0].split()[-2]), 3.0)
-        self.assertTrue(all(row.endswith(("misses the error", "costs more", "chosen")) for row in rows), contacts)
-        self.assertIn("chosen: ", methods)
+        self.assertEqual(len(chosen), 1, result.stdout)
+        self.assertLessEqual(float(chosen[0].split()[-3]), 3.0)
+        self.assertTrue(all(row.endswith(("misses the error", "costs more", "errs more", "chosen")) for row in rows), rows)
 
     def test_virtual_time_chooses_a_method_and_repeats_it_to_the_bit(self):
         ends = []
@@ -95,37 +90,29 @@ material = "thread"
             ends.append(self.end.read_bytes())
         self.assertEqual(ends[0], ends[1])
 
-    def test_a_rate_in_virtual_time_without_a_record_is_refused_in_one_line(self):
-        self.leave_the_rate()
-        for arguments in ((), ("--choice", self.folder / "none.json")):
-            result = self.offline(*arguments)
-            self.assertEqual(result.returncode, BAD_INPUT)
-            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-            self.assertIn('simulation.rate_hz: value "auto"', result.stderr)
-            self.assertFalse(self.end.exists())
-
     def leave_the_rate(self):
         """To choose for a hand that stays above the thread's end and presses it."""
         self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.001\n")
         self.write("auto.toml", SCENE.replace("rate_hz = 50.0", 'rate_hz = "auto"')
                    .replace("[[material]]", '[hand]\nfile = "hand.csv"\n[[material]]'))
 
-    def test_a_rate_is_explained_recorded_and_taken_from_the_record(self):
+    def test_a_rate_is_explained_recorded_and_chosen_alike_in_virtual_time(self):
         self.leave_the_rate()
-        refused = self.offline()
-        self.assertEqual(refused.returncode, BAD_INPUT)
         explained = self.explain()
         self.assertEqual(explained.returncode, DONE, explained.stderr)
-        curve = explained.stdout[explained.stdout.index("rates, by"):].splitlines()
-        self.assertEqual(len([line for line in curve if line.startswith("* ")]), 1, explained.stdout)
-        record = json.loads(self.record.read_text())
-        self.assertAlmostEqual(record["period_s"] * record["rate_hz"], 1.0)
-        self.assertEqual(len(record["rates"]), 11)
-        result = self.offline("--choice", self.record)
-        self.assertEqual(result.returncode, DONE, result.stderr)
-        self.assertIn(f"{record['rate_hz']:g} Hz", result.stderr)
-        self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.002\n")
-        self.assertIn("choice.json: scene_hash: value", self.offline("--choice", self.record).stderr)
+        self.assertEqual(len([line for line in explained.stdout.splitlines() if line.startswith("* ")]), 1)
+        records = [json.loads(line) for line in self.record.read_text().splitlines()]
+        self.assertGreaterEqual(len(records), 11)
+        chosen = [record for record in records if not record["refusal"]]
+        self.assertEqual(len(chosen), 1)
+        self.assertIn(f"chosen: {chosen[0]['name']}\n", explained.stdout)
+        ends = []
+        for _ in range(2):
+            result = self.offline("--choice", self.record)
+            self.assertEqual(result.returncode, DONE, result.stderr)
+            self.assertIn("rate chosen: ", result.stderr)
+            ends.append((self.record.read_text(), self.end.read_bytes()))
+        self.assertEqual(ends[0], ends[1])
 
     def test_a_bad_hand_is_refused_in_one_line_before_any_method_is_tried(self):
         self.leave_the_rate()
@@ -144,28 +131,13 @@ material = "thread"
 
     def test_a_run_of_which_no_step_converged_says_so_by_its_exit_status_too(self):
         stiff = SCENE.replace("structural = 50.0", "structural = 1e9").replace(
-            'integrator = "auto"\nerror_target_m = 1e-3', "tolerance_m_s = 1e-9").replace("rate_hz = 50.0", "rate_hz = 10.0")
+            'integrator = "auto"', "tolerance_m_s = 1e-9").replace("rate_hz = 50.0", "rate_hz = 10.0")
         for scene, status in ((stiff, NOT_CONVERGED), (stiff.replace("1e9", "1e6"), DONE)):
             self.write("auto.toml", scene)
             result = self.offline()
             self.assertEqual(result.returncode, status, result.stderr)
             self.assertEqual("5 of 5 steps did not converge" in result.stderr, status == NOT_CONVERGED)
             self.assertTrue(self.end.exists())
-
-    def test_a_damaged_record_is_refused_and_names_the_key(self):
-        self.leave_the_rate()
-        self.explain()
-        whole = json.loads(self.record.read_text())
-        for key, value in {"method": "leapfrog", "period_s": "short", "format": 99}.items():
-            self.record.write_text(json.dumps(whole | {key: value}))
-            result = self.offline("--choice", self.record)
-            self.assertEqual(result.returncode, BAD_INPUT, key)
-            self.assertIn(f"choice.json: {key}: value", result.stderr.splitlines()[-1])
-        for text in ("", "[]", "{", "{}"):
-            self.record.write_text(text)
-            result = self.offline("--choice", self.record)
-            self.assertEqual(result.returncode, BAD_INPUT, text)
-            self.assertIn("choice.json: ", result.stderr.splitlines()[-1])
 
 
 if __name__ == "__main__":

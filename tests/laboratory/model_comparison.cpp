@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "sim_server/judge.hpp"
+
 namespace stillgrid::laboratory {
 namespace {
 
@@ -92,8 +94,7 @@ ComparedRun compare_reference(const LabRun& reference, double from_s) {
 }
 
 LabRun path_reference(const scene::SceneDescription& scene, const LabOptions& options) {
-  scene::SceneDescription fine = scene;
-  fine.period_s = 1.0 / options.tick_rate_hz;
+  const scene::SceneDescription fine = sim_server::true_scene(scene, options.tick_rate_hz);
   LabOptions low_latency = options;
   low_latency.rival = nullptr;
   low_latency.transition = display::Transition::kHold;

@@ -74,14 +74,10 @@ ContactModel chosen_model(const ModelledMesh& of, double error_jnd) {
             of.mesh, {cell_m, of.tool_radius_m, of.tool_radius_m + 4.0 * cell_m}));
       }};
   const fields::ContactChoice choice = fields::choose_contact(of.mesh, need);
-  for (const fields::ContactTrial& trial : choice.trials) {
-    if (!trial.refusal.empty()) continue;
-    ContactModel model = choice.field ? field_model(of, trial.size_m)
-                                      : sphere_model("", of, choice.balls, trial.size_m);
-    model.name = choice.field ? "chosen: field" : "chosen: spheres";
-    return model;
-  }
-  throw std::logic_error("a choice without a model");
+  ContactModel model =
+      choice.field ? field_model(of, choice.cell_m) : sphere_model("", of, choice.balls, 0.0);
+  model.name = choice.field ? "chosen: field" : "chosen: spheres";
+  return model;
 }
 
 void compare_models(bool is_small) {

@@ -6,8 +6,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "sim_server/dynamics/choice/method_choice.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
+#include "sim_server/scene/build_world.hpp"
 #include "tests/laboratory/methods/broyden.hpp"
 
 namespace stillgrid::performance {
@@ -132,17 +133,13 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
       [&] { return positions_m(simulation.world()); });
 }
 
+/// The method of integrator = "auto" at several periods.
 Curve auto_curve(const ChartScene& scene) {
   Curve curve;
-  for (const double target_m : {1e-2, 1e-3, 1e-4}) {
-    scene::SceneDescription description = scene.scene;
-    description.period_s = 0.01;
-    description.error_target_m = target_m;
-    const scene::Method method =
-        dynamics::choose_method(description, [](const std::string&) {}).method;
-    std::string chosen = scene::describe(method);
-    std::replace(chosen.begin(), chosen.end(), ',', ';');
-    curve.push_back({"auto", chosen, "error_target_m", target_m, description.period_s, method});
+  const dynamics::SceneLoad load = dynamics::load_of(scene::build_world(scene.scene));
+  for (const double period_s : {0.02, 0.01, 0.005, 0.001}) {
+    const scene::Method method = dynamics::choose_method(load, period_s).method;
+    curve.push_back({"auto", scene::describe(method), "period_s", period_s, period_s, method});
   }
   return curve;
 }

@@ -11,7 +11,7 @@
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
-#include "sim_server/fields/contact_choice.hpp"
+#include "sim_server/choice/record.hpp"
 #include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
@@ -44,7 +44,7 @@ struct RigidMeshBody {
   Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
   std::optional<AskedField> asked_field = {};
   std::shared_ptr<const collision::DistanceField> field = {};  // make_fields() makes it
-  std::vector<fields::ContactTrial> trials = {};               // of a choice
+  std::vector<choice::Record> contacts = {};                   // candidates of a choice
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.

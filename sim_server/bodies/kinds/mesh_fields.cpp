@@ -189,17 +189,14 @@ class FieldsOfScene {
     fields::ContactChoice choice = fields::choose_contact(mesh.surface, need);
     mesh.field = choice.field;
     mesh.balls = std::move(choice.balls);
-    mesh.trials = std::move(choice.trials);
+    mesh.contacts = std::move(choice.records);
     body.stiffness_scale *= choice.stiffness_scale;
-    const auto chosen =
-        std::find_if(mesh.trials.begin(), mesh.trials.end(),
-                     [](const fields::ContactTrial& trial) { return trial.refusal.empty(); });
-    if (mesh.field) asked.cell_m = chosen->size_m;
+    if (mesh.field) asked.cell_m = choice.cell_m;
     chosen_at_m_[&mesh] = margin_m_;
     std::array<char, 100> error{};
     std::snprintf(error.data(), error.size(), ": the force errs by %.2f JND; --explain tells why",
-                  chosen->error_share / rendering::kJustNoticeable);
-    notes_.push_back("body '" + body.name + "': contact chosen: " + fields::describe(*chosen) +
+                  *choice.chosen.error_share / rendering::kJustNoticeable);
+    notes_.push_back("body '" + body.name + "': contact chosen: " + choice.chosen.name +
                      error.data());
     if (choice.keeps_error) return;
     std::snprintf(error.data(), error.size(), "%.2f",

@@ -47,6 +47,8 @@ class ContactResponse {
   }
 
   [[nodiscard]] std::span<const proto::ResponseMode> modes() const noexcept { return modes_; }
+  /// Counts products with the Jacobian in all calls of find().
+  [[nodiscard]] long products() const noexcept { return solver_.products(); }
   /// Rigid bodies that are touched.
   [[nodiscard]] std::span<const proto::TurningBody> turning() const noexcept { return turning_; }
   [[nodiscard]] std::span<proto::TurningBody> turning() noexcept { return turning_; }

@@ -205,9 +205,12 @@ void Prediction::predict_fields(const bodies::World& world, double step_s) {
 bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget) {
   budget.iterations = kMaxIterations - 1;
   const SolveReport first = solver_.solve(stage, velocity, budget);
+  work_ = {.iterations = first.iterations, .products = first.products};
   if (first.converged || !std::isfinite(first.residual)) return first.converged;
   budget.iterations = 1;
   const SolveReport last = solver_.solve(stage, velocity, budget);
+  work_.iterations += last.iterations;
+  work_.products += last.products;
   return last.converged || last.residual < kProgress * first.residual;
 }
 
@@ -253,7 +256,9 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
     velocity = stage.initial_guess();
     stage.residual(velocity, residual_);
   }
+  const long products = response_.products();
   response_.find(world, system_, stage, step_s, touches_, velocity, budget);
+  work_.products += response_.products() - products;
   if (is_explicit_) response_.find_damping(system_, step_s);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)

@@ -45,6 +45,8 @@ class Prediction {
   /// Those of snapshot(), by the body's number in the world that was looked at: the owner's to
   /// write where the scene has another.
   [[nodiscard]] std::span<proto::TurningBody> turning() noexcept { return response_.turning(); }
+  /// Counts iterations and products of the last look(), which measure its work.
+  [[nodiscard]] const SolveReport& work() const noexcept { return work_; }
   /// Lasts until the next look().
   [[nodiscard]] const publication::SnapshotPrediction& snapshot() const noexcept {
     return snapshot_;
@@ -77,6 +79,7 @@ class Prediction {
   std::vector<bodies::SpherePrediction> spheres_;
   std::vector<bodies::FieldPrediction> fields_;
   publication::SnapshotPrediction snapshot_;
+  SolveReport work_;
 };
 
 }  // namespace stillgrid::dynamics

@@ -387,6 +387,7 @@ void Simulation::note_sleep() {
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget,
                                                          std::size_t hand) {
   const bool is_alone = tools_.size() == 1;
+  prediction_work_ = {};
   if (!is_alone) {
     snapshot_.forget_predictions(detection_.spheres());
     moving_fields_.forget_predictions();
@@ -413,6 +414,7 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   prediction_->look(predicted_part_.world(),
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
                     budget, hand);
+  prediction_work_ = prediction_->work();
   for (proto::TurningBody& turning : prediction_->turning())
     turning.body = predicted_part_.scene_body(turning.body);
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),

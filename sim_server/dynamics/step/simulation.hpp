@@ -103,6 +103,9 @@ class Simulation {
                                                              const Budget& budget = {},
                                                              std::size_t hand = 0);
 
+  /// Counts iterations and products of the last predict_next(). Zero if it solved no system.
+  [[nodiscard]] const SolveReport& prediction_work() const noexcept { return prediction_work_; }
+
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
   void share_work(const WorkSharing& sharing) {
     if (ticked_) ticked_->share_work(sharing);
@@ -218,6 +221,7 @@ class Simulation {
   std::vector<bodies::RigidBody> end_bodies_;      // where fields would be, if there are any
   bool swings_ = false;                            // something prescribed does
   PredictedPart predicted_part_;
+  SolveReport prediction_work_;
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "sim_server/bodies/joints.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
-#include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "tests/sim_server/dynamics/joined.hpp"
 
 namespace stillgrid::dynamics::joined_bodies_test {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "sim_server/dynamics/choice/predicted_cost.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 
 namespace stillgrid::dynamics::stopped_step_test {
 namespace {

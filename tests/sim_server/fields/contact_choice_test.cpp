@@ -4,6 +4,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <stdexcept>
+#include <string>
 
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/spheres/sampling.hpp"
@@ -22,12 +23,6 @@ ContactNeed need_of(const mesh::TriangleMesh& solid, double error_share) {
           }};
 }
 
-const ContactTrial& chosen_of(const ContactChoice& choice) {
-  const auto is_chosen = [](const ContactTrial& trial) { return trial.refusal.empty(); };
-  REQUIRE(std::count_if(choice.trials.begin(), choice.trials.end(), is_chosen) == 1);
-  return *std::find_if(choice.trials.begin(), choice.trials.end(), is_chosen);
-}
-
 }  // namespace
 
 TEST_CASE("The chosen model keeps the error, and none that was tried keeps it for less",
@@ -43,16 +38,16 @@ TEST_CASE("The chosen model keeps the error, and none that was tried keeps it fo
     need.steps_per_ms = 0.1;
   }
   const ContactChoice choice = choose_contact(solid, need);
-  const ContactTrial& chosen = chosen_of(choice);
-  for (const ContactTrial& trial : choice.trials) {
-    CHECK(trial.cost_ns == Approx(trial.tick_ns + need.steps_per_ms * trial.step_ns));
+  const choice::Record& chosen = choice.chosen;
+  CHECK(std::ranges::count(choice.records, std::string(), &choice::Record::refusal) == 1);
+  for (const choice::Record& record : choice.records) {
     if (!choice.keeps_error)
-      CHECK(trial.error_share >= chosen.error_share);
-    else if (trial.error_share <= error_share)
-      CHECK(trial.cost_ns >= chosen.cost_ns);
+      CHECK(*record.error_share >= *chosen.error_share);
+    else if (*record.error_share <= error_share)
+      CHECK(record.work_per_ms >= chosen.work_per_ms);
   }
-  CHECK(choice.keeps_error == (chosen.error_share <= error_share));
-  CHECK((choice.field != nullptr) == (chosen.model == ContactModel::kField));
+  CHECK(choice.keeps_error == (*chosen.error_share <= error_share));
+  CHECK((choice.field != nullptr) == chosen.name.starts_with("field"));
   CHECK(choice.balls.empty() == (choice.field != nullptr));
   if (choice.field) CHECK(choice.stiffness_scale == 1.0);
 }
@@ -61,12 +56,9 @@ TEST_CASE("The same need gives the same choice", "[contact_choice]") {
   const mesh::TriangleMesh solid = spheres::star_mesh(5, 0.2);
   const ContactChoice once = choose_contact(solid, need_of(solid, 0.2)),
                       again = choose_contact(solid, need_of(solid, 0.2));
-  REQUIRE(once.trials.size() == again.trials.size());
-  for (std::size_t i = 0; i < once.trials.size(); ++i) {
-    CHECK(once.trials[i].error_share == again.trials[i].error_share);
-    CHECK(once.trials[i].cost_ns == again.trials[i].cost_ns);
-    CHECK(once.trials[i].refusal == again.trials[i].refusal);
-  }
+  REQUIRE(once.records.size() == again.records.size());
+  for (std::size_t i = 0; i < once.records.size(); ++i)
+    CHECK(choice::json_line(once.records[i]) == choice::json_line(again.records[i]));
 }
 
 TEST_CASE("Where no field can be made a choice is among spheres; one of a given cell is refused",
@@ -79,22 +71,11 @@ TEST_CASE("Where no field can be made a choice is among spheres; one of a given 
   const ContactChoice choice = choose_contact(solid, need);
   CHECK(choice.field == nullptr);
   CHECK(!choice.balls.empty());
-  CHECK(std::none_of(choice.trials.begin(), choice.trials.end(), [](const ContactTrial& trial) {
-    return trial.model == ContactModel::kField;
+  CHECK(std::ranges::none_of(choice.records, [](const choice::Record& record) {
+    return record.name.starts_with("field");
   }));
   need.cell_m = 0.02;
   CHECK_THROWS_WITH(choose_contact(solid, need), "too large");
-}
-
-TEST_CASE("A lens too thin for coarse even spheres is met all the same", "[contact_choice]") {
-  mesh::TriangleMesh lens = mesh::ball_mesh(0.31, 34, 17);
-  for (Eigen::Vector3d& vertex_m : lens.vertices_m) vertex_m.z() *= 0.004;
-  REQUIRE(spheres::firm_surface_balls_if_any(lens, 0.88 / 20.0).empty());
-  ContactNeed need = need_of(lens, 3.0);
-  need.cell_m = 0.02;
-  const ContactChoice choice = choose_contact(lens, need);
-  CHECK(choice.keeps_error);
-  CHECK(chosen_of(choice).error_share <= 3.0);
 }
 
 }  // namespace stillgrid::fields::contact_choice_test

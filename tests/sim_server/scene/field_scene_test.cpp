@@ -302,30 +302,21 @@ TEST_CASE("A choice is of the cheapest model that keeps the error, whoever asks"
   const auto chosen = [&](const std::string& keys, const std::string& of = kStill) {
     const SceneDescription scene = scenes.load(kMaterial + of + kAuto + keys);
     const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
-    REQUIRE(std::count_if(mesh.trials.begin(), mesh.trials.end(),
-                          [](const auto& trial) { return trial.refusal.empty(); }) == 1);
-    return *std::find_if(mesh.trials.begin(), mesh.trials.end(),
-                         [](const auto& trial) { return trial.refusal.empty(); });
+    REQUIRE(std::ranges::count(mesh.contacts, std::string(), &choice::Record::refusal) == 1);
+    return *std::ranges::find(mesh.contacts, std::string(), &choice::Record::refusal);
   };
-  const fields::ContactTrial by_default = chosen("");
-  CHECK(by_default.model == fields::ContactModel::kField);
-  CHECK(by_default.error_share <= 0.07);
-  const auto same = [&](const std::string& keys) {
-    const fields::ContactTrial trial = chosen(keys);
-    CHECK(trial.size_m == by_default.size_m);
-    CHECK(trial.error_share == by_default.error_share);
-  };
-  same("");
-  same("force_error = '1jnd'\n");
-  same("force_error = 0.07\n");
-  same("force_error = '7%'\n");
+  const choice::Record by_default = chosen("");
+  CHECK(by_default.name.starts_with("field"));
+  CHECK(*by_default.error_share <= 0.07);
+  for (const char* same :
+       {"", "force_error = '1jnd'\n", "force_error = 0.07\n", "force_error = '7%'\n"})
+    CHECK(choice::json_line(chosen(same)) == choice::json_line(by_default));
   // Who may err much is met through less.
-  const fields::ContactTrial rough = chosen("force_error = 5\n");
-  CHECK(rough.cost_ns < by_default.cost_ns);
+  const choice::Record rough = chosen("force_error = 5\n");
+  CHECK(rough.work_per_ms <= by_default.work_per_ms);
   CHECK(rough.bytes < by_default.bytes);
   // A body that moves pays for each of its spheres in every step.
-  CHECK(chosen("force_error = 5\n", kBody).step_ns > 0.0);
-  CHECK(by_default.step_ns == 0.0);
+  CHECK(chosen("force_error = 5\n", kBody).work_per_ms > rough.work_per_ms);
 }
 
 TEST_CASE("A choice may be limited to one field and given spheres", "[field_scene]") {
@@ -335,12 +326,12 @@ TEST_CASE("A choice may be limited to one field and given spheres", "[field_scen
                   "field = { cell_m = 0.002 }\n"
                   "spheres = { surface_spacing_m = 0.01 }\nforce_error = 1e-6\n");
   const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
-  REQUIRE(mesh.trials.size() == 2);
-  CHECK(mesh.trials[0].size_m == 0.002);
-  CHECK(mesh.trials[1].model == fields::ContactModel::kGivenSpheres);
+  REQUIRE(mesh.contacts.size() == 2);
+  CHECK(mesh.contacts[0].name == "field, cells of 2 mm");
+  CHECK(mesh.contacts[1].name == "spheres as given");
   // Where none keeps the error the most accurate is taken, and a note says so.
-  CHECK(mesh.trials[0].refusal.empty());
-  CHECK(mesh.trials[0].error_share < mesh.trials[1].error_share);
+  CHECK(mesh.contacts[0].refusal.empty());
+  CHECK(*mesh.contacts[0].error_share < *mesh.contacts[1].error_share);
   CHECK(mesh.field != nullptr);
   CHECK(std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
     return note.find("no model errs by at most") != std::string::npos;

@@ -1,0 +1,262 @@
+// The one chooser: what a hand feels, what is chosen for it, and that no clock is read.
+
+#include "sim_server/chooser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <sstream>
+#include <string>
+
+#include "sim_server/scene/build_world.hpp"
+#include "sim_server/scene/scene_file.hpp"
+#include "sim_server/try_files.hpp"
+#include "tests/laboratory/lab.hpp"
+#include "tests/sanitizer_cut.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+#include "tests/test_folder.hpp"
+
+namespace stillgrid::sim_server::chooser_test {
+namespace {
+
+/// A ball goes to and fro below a hand that presses it, on a path of its own: nothing but the rate
+/// makes the force err.
+scene::SceneDescription ball_below(const tests::TestFolder& folder, double frequency_hz) {
+  std::string hand = "time_s,x_m,y_m,z_m\n";
+  for (int i = 0; i <= 130; ++i) {
+    std::array<char, 100> row{};
+    const double t_s = 0.007 * i;
+    std::snprintf(row.data(), row.size(), "%.6g,%.6g,0,%.6g\n", t_s, -0.01 + 0.001 * t_s,
+                  0.0115 - 0.001 * std::sin(5.1 * t_s));
+    hand += row.data();
+  }
+  (void)folder.write("hand.csv", hand);
+  return scene::load_scene(folder.write("ball.toml", R"(
+format = 2
+[simulation]
+rate_hz = "auto"
+[device]
+position_m = [0.01, 0.0, 0.002]
+[hand]
+file = "hand.csv"
+settle_s = 0.13
+[[material]]
+name = "ball"
+contact_stiffness_N_per_m = 310.0
+[[body]]
+name = "ball"
+kind = "sphere"
+motion = "prescribed"
+direction = [0.0, 0.0, 1.0]
+amplitude_m = 0.004
+frequency_hz = )" + std::to_string(frequency_hz) + R"(
+radius_m = 0.013
+material = "ball"
+)"));
+}
+
+struct Case {
+  tests::TestFolder folder;
+  scene::SceneDescription scene;
+
+  explicit Case(double frequency_hz) : scene(ball_below(folder, frequency_hz)) {}
+
+  [[nodiscard]] Choice choose(double most_work = kUnlimitedWork) const {
+    return sim_server::choose(scene, candidates_of(scene, false), most_work,
+                              [](const std::string&) {});
+  }
+};
+
+double rate_of(const Choice& choice) {
+  return 1.0 / choice.chosen.scene.period_s;
+}
+
+TEST_CASE("What is felt is what both servers in lockstep let a replayed hand feel", "[chooser]") {
+  Case one(3.1);
+  one.scene.period_s = 1.0 / 47.0;
+  const HandPath hand(one.scene.hand->file, one.scene.device);
+  const HandRun felt = run_hand(one.scene, {scene::build_world(one.scene)}, hand,
+                                {.latency_s = 0.3 / 47.0, .duration_s = 0.9});
+  laboratory::LabOptions options;
+  options.device = "replay:file=" + one.scene.hand->file.string();
+  options.latency_s = 0.3 / 47.0;
+  options.duration_s = 0.9;
+  const laboratory::LabRun lab = laboratory::run_lab(one.scene, options);
+  REQUIRE(felt.force_N.size() == lab.rows.size());
+  double most_N = 0.0;
+  for (std::size_t i = 0; i < lab.rows.size(); ++i) {
+    most_N = std::max(most_N, lab.rows[i].rendered_N.norm());
+    REQUIRE((felt.force_N[i] - lab.rows[i].rendered_N).norm() < 1e-7);
+  }
+  CHECK(most_N > 0.3);
+}
+
+TEST_CASE("The cheapest candidate that keeps the force is chosen, and a choice repeats",
+          "[chooser]") {
+  const Case one(4.3);
+  const Choice choice = one.choose(), again = one.choose();
+  CHECK(complaint_of(choice).empty());
+  CHECK(choice.watched_s == Approx(0.91).margin(2e-3));
+  CHECK(choice.truth_error_share < 0.01);
+  REQUIRE(choice.records.size() == again.records.size());
+  const choice::Record chosen =
+      *std::ranges::find_if(choice.records, &std::string::empty, &choice::Record::refusal);
+  CHECK(*chosen.error_share <= rendering::kJustNoticeable);
+  bool is_missed = false;
+  for (std::size_t i = 0; i < choice.records.size(); ++i) {
+    const choice::Record& record = choice.records[i];
+    CAPTURE(record.name);
+    REQUIRE(record.error_share);
+    if (choice::kEqualWork * record.work_per_ms < chosen.work_per_ms)
+      CHECK(*record.error_share > rendering::kJustNoticeable);
+    is_missed = is_missed || record.refusal == "misses the error";
+    CHECK(choice::json_line(record) == choice::json_line(again.records[i]));
+  }
+  CHECK(is_missed);
+}
+
+TEST_CASE("A faster ball asks for a higher rate", "[chooser]") {
+  CHECK(rate_of(Case(9.7).choose()) > rate_of(Case(1.3).choose()));
+}
+
+TEST_CASE("Where no candidate keeps its share of a processor the cheapest is taken", "[chooser]") {
+  Case one(4.3);
+  one.scene.processor_share = 1e-9;
+  const Choice choice = one.choose();
+  CHECK(rate_of(choice) == Approx(10.0));
+  CHECK(complaint_of(choice).starts_with("no candidate costs less"));
+}
+
+TEST_CASE("A choice ends with its budget, with what is known by then", "[chooser]") {
+  const Case one(4.3);
+  const Choice choice = one.choose(1.0);
+  CHECK(choice.watched_s < 0.9);
+  CHECK(std::ranges::count(choice.records, "not tried: out of budget", &choice::Record::refusal) >
+        0);
+}
+
+TEST_CASE("Scene files are judged line by line, and a bad one is refused in its record",
+          "[chooser]") {
+  const Case one(4.3);
+  const std::string ball = one.folder
+                               .write("half.toml",
+                                      [&] {
+                                        std::string text = R"(
+format = 2
+simulation.rate_hz = 500
+[device]
+position_m = [0.01, 0.0, 0.002]
+[[material]]
+name = "ball"
+contact_stiffness_N_per_m = 155.0
+[[body]]
+name = "ball"
+kind = "sphere"
+motion = "prescribed"
+direction = [0.0, 0.0, 1.0]
+amplitude_m = 0.004
+frequency_hz = 4.3
+radius_m = 0.013
+material = "ball"
+)";
+                                        return text;
+                                      }())
+                               .string();
+  std::istringstream lines(ball + " predict\n" + ball + " nowhere\n\nmissing.toml hold\n");
+  std::ostringstream records;
+  try_files(one.scene, lines, records);
+  std::istringstream read(records.str());
+  std::string half, bad, missing, more;
+  std::getline(read, half);
+  std::getline(read, bad);
+  std::getline(read, missing);
+  CHECK_FALSE(std::getline(read, more));
+  // Half the stiffness, with no spring below it: half the force.
+  const std::size_t at = half.find("\"error_share\":");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(half.substr(at + 14)) == Approx(0.5).margin(0.03));
+  CHECK(half.find("\"refusal\":\"\"") != std::string::npos);
+  CHECK(bad.find("expected FILE TRANSITION") != std::string::npos);
+  CHECK(missing.find("missing.toml") != std::string::npos);
+}
+
+TEST_CASE("On its own hand each scene that ships errs by less than is noticed", "[chooser]") {
+  const std::string name = GENERATE(as<std::string>{}, "tissue_and_blocks", "threads", "organ",
+                                    "laparoscopy", "moving_sphere", "wall");
+  CAPTURE(name);
+  const scene::SceneDescription scene =
+      scene::load_scene(std::string(STILLGRID_SCENES "/") + name + ".toml");
+  REQUIRE(scene.hand);
+  const Judge judge(scene, kUnlimitedWork);
+  CHECK(std::ranges::count(judge.truth().run.touches, true) > 250);
+  CHECK(judge.truth().error_share < 0.01);
+  const choice::Record record = judge.judge({.record = {}, .scene = scene}).record;
+  CHECK(record.refusal.empty());
+  REQUIRE(record.error_share);
+  CHECK(*record.error_share <= rendering::kJustNoticeable);
+  if (name != "threads") return;
+  scene::SceneDescription predicting = scene;  // steps longer than a tick are predicted
+  predicting.period_s = 2e-3;
+  CHECK(judge.judge({.record = {}, .scene = predicting}).record.work_per_ms >
+        2.0 * record.work_per_ms);
+}
+
+TEST_CASE("A hand is followed evenly from row to row, in the scene's frame", "[chooser]") {
+  const tests::TestFolder folder;
+  const auto file = folder.write("hand.csv",
+                                 "# somebody's\nx_m, time_s,y_m,z_m,qx,qy,qz,qw,more\n"
+                                 "0.1,3.5,0,0,0,0,0,1,7\n0.3,3.9,0,0.2,0,0,0.6,0.8,7\n");
+  scene::DeviceFrame device;
+  device.position_m = {0.0, 0.0, 1.0};
+  device.scale = 2.0;
+  device.orientation = Eigen::AngleAxisd(std::numbers::pi / 2.0, Eigen::Vector3d::UnitZ());
+  const HandPath hand(file, device);
+  CHECK(hand.duration_s() == Approx(0.4));
+  CHECK((hand.at(0.1).position_m - Eigen::Vector3d(0.0, 0.3, 1.1)).norm() < 1e-12);
+  CHECK((hand.at(-1.0).position_m - Eigen::Vector3d(0.0, 0.2, 1.0)).norm() < 1e-12);
+  CHECK((hand.at(9.0).position_m - Eigen::Vector3d(0.0, 0.6, 1.4)).norm() < 1e-12);
+  const double turn_rad = std::numbers::pi / 2.0 + 0.5 * 2.0 * std::atan2(0.6, 0.8);
+  CHECK(Eigen::AngleAxisd(hand.at(0.2).orientation).angle() == Approx(turn_rad));
+}
+
+TEST_CASE("A hand in millimetres is the same as in metres", "[chooser]") {
+  const tests::TestFolder folder;
+  const HandPath metres(folder.write("m.csv", "time_s,x_m,y_m,z_m\n0,0.1,0,0.02\n1,0.2,0,0\n"), {});
+  const HandPath other(
+      folder.write("mm.csv", "\xEF\xBB\xBFt_s,x_mm,y_m,z_mm\n0,100,0,20\n1,200,0,0\n"), {});
+  for (const double time_s : {0.0, 0.3, 1.0})
+    CHECK(other.at(time_s).position_m.isApprox(metres.at(time_s).position_m));
+}
+
+TEST_CASE("What is no path of a hand is refused in a line that names file, line and column",
+          "[chooser]") {
+  const tests::TestFolder folder;
+  const std::string header = "time_s,x_m,y_m,z_m\n";
+  const std::pair<std::string, std::string> cases[] = {
+      {"", ": no whole header line"},
+      {"time_s,x_m,y_m\n", ":1: column z_m"},
+      {"time_s,x_m,y_m,z_m,qx\n", ":1: column qy"},
+      {header + "0,0,0,0\n", ": one row: expected two at least"},
+      {header + "1,0,0,0\n0,0,0,0\n", ":3: column time_s"},
+      {header + "0,0,0,0\n1,0,nan,0\n", ":3: column y_m"},
+      {header + "0,0,0,0\n1,0,0\n", ":3: column time_s: value '1': expected a row of 4 fields"},
+      {header + "0,0,0,2e6\n", ":2: column z_m"},
+      {"time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n", ":2: column qw"},
+      {header + "0,0,0,0,7\n1,0,0,0\n", ":2: column time_s: value '0': expected a row of 4"},
+      {"time_s,x_m,x_m,y_m,z_m\n0,0,0,0,0\n1,0,0,0,0\n", ":1: column x_m: given twice"},
+      {"# scene: x\n" + header + "0,0,0,0\n1,0,0,0\n", ": a recording of haptic_server"},
+      {"time_s,x_m,y_m,z_m,rendered_fx_N\n0,0,0,0,0\n", ": a recording of haptic_server"}};
+  for (const auto& [text, words] : cases) {
+    CAPTURE(text);
+    const auto file = folder.write("hand.csv", text);
+    CHECK_THROWS_WITH(HandPath(file, {}), Catch::Contains("hand.csv" + words));
+  }
+  for (const auto& path : {folder.path / "none.csv", folder.path})
+    CHECK_THROWS_WITH(HandPath(path, {}), Catch::Contains("cannot be read"));
+}
+
+}  // namespace
+}  // namespace stillgrid::sim_server::chooser_test
