@@ -184,6 +184,13 @@ void ImplicitContacts::write_places(const ContactListing& listing,
                                     std::vector<SpherePlace>& places) const {
   for (std::size_t k = 0; k < listing.order().size(); ++k)
     set_vector(places[k].moved_m, Vector4(after_m_[at(listing.order()[k])]) - listing.base()[k]);
+  for (const Touch& touch : touches_) {
+    if (touch.field < 0) continue;
+    const RowPlace& row = listing.rows().places[touch.row];
+    const auto k = at(row.sphere_a[touch.lane]);
+    set_vector(places[at(row.sphere_b[touch.lane])].moved_m,
+               Vector4(after_m_[at(touch.sphere_a)] - line_of(touch).line_m) - listing.base()[k]);
+  }
 }
 
 }  // namespace stillgrid::dynamics

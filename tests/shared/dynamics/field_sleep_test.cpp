@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "tests/shared/dynamics/field_scenes.hpp"
+#include "tests/shared/dynamics/implicit_scenes.hpp"
 
 namespace stillgrid::dynamics::field_sleep_test {
 namespace {
@@ -53,7 +54,7 @@ std::vector<std::byte> block_of(const Engine& engine) {
 
 TEST_CASE("Bodies of fields at rest sleep, and keep the energy of their contacts",
           "[sleep][field]") {
-  Engine engine = boxes().engine();
+  Engine engine = boxes().engine(each_method());
   double awake_J = 0.0;
   for (int tick = 0; tick < 20000 && !engine.sleep().all_sleep(); ++tick) {
     awake_J = engine.contact_energy_J();
@@ -72,7 +73,7 @@ TEST_CASE("Bodies of fields at rest sleep, and keep the energy of their contacts
 
 TEST_CASE("A tool wakes the bodies of fields that it would touch, and no others",
           "[sleep][field]") {
-  Engine engine = boxes().engine();
+  Engine engine = boxes().engine(each_method());
   lull(engine);
   int tick = 0;
   for (; tick < 200 && engine.sleep().all_sleep(); ++tick)

@@ -154,7 +154,7 @@ TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
     CHECK(account.flow.spring_damping_J > 1e-5);
     return std::abs(account.numerical_J());
   };
-  const double coarse_J = left_J(2e-3), fine_J = left_J(5e-4);
+  const double coarse_J = left_J(1e-3), fine_J = left_J(2.5e-4);
   INFO(kind.name << ": " << coarse_J << " J, " << fine_J << " J");
   CHECK(fine_J < 0.4 * coarse_J + 1e-7);
 }
