@@ -7,7 +7,7 @@ import argparse
 import pathlib
 
 # What one core sustains; measured by scripts/launch pillars --report-dir, of which sim.json tells.
-RATE_HZ = 20.0
+RATE_HZ = 100.0
 
 HEAD = """# Written by scripts/make_pillars.py. Shows a scene that needs two rates: a tissue of 24 x 24 nodes with
 # bricks on it, and round it a field of pillars and soft blocks, which sleep until something falls on them.
