@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 namespace stillgrid::dynamics {
 
 /// How an engine advances a tick.
@@ -11,6 +13,11 @@ struct EngineMethod {
   Method kind = Method::kSmallSteps;
   double tolerance_m_s = 1e-8;  // rms residual of velocities in implicit Euler
 };
+
+/// Returns the larger residual. One that is not a number is the worst.
+[[nodiscard]] inline double worse_residual_m_s(double a, double b) {
+  return std::isnan(a) || a > b ? a : b;
+}
 
 /// Figures of the implicit equations of a tick.
 struct SolveFigures {
@@ -27,7 +34,7 @@ struct SolveFigures {
     passes += more.passes;
     iterations += more.iterations;
     products += more.products;
-    residual_m_s = residual_m_s > more.residual_m_s ? residual_m_s : more.residual_m_s;
+    residual_m_s = worse_residual_m_s(residual_m_s, more.residual_m_s);
     return *this;
   }
 };

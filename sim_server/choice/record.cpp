@@ -47,7 +47,8 @@ std::size_t choose_record(std::span<Record> records, const Limits& limits) {
                       r.bytes, error);
   };
   auto best = std::ranges::min_element(records, {}, rank);
-  const auto [least_work, least_bytes] = std::pair(best->work_per_ms, best->bytes);
+  const auto least_work = best->work_per_ms;
+  const auto least_bytes = best->bytes;
   const auto is_as_cheap = [&](const Record& r) {
     return r.refusal.empty() && keeps_error(r, limits) && r.bytes <= least_bytes &&
            r.work_per_ms <= std::min(limits.work_per_ms, kEqualWork * least_work);

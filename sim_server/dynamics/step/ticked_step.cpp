@@ -70,7 +70,7 @@ StepReport Simulation::step_in_ticks(Step& step) {
   if (report.stopped) return report;
   if (ticked.all_slept && !has_driven_)
     ticked_->write_time(world_);
-  else if (!ticked_->write_to(world_))
+  else if (!std::isfinite(ticked.solve.residual_m_s) || !ticked_->write_to(world_))
     throw std::domain_error("after " + std::to_string(world_.time_s) +
                             " s of simulated time a position or a velocity is not finite: the step "
                             "is too long for the scene's stiffness, dampers and masses");
