@@ -67,9 +67,8 @@ void Engine::implicit_part(double h, int halvings) {
   const bool is_divided =
       stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
   solve_.converged = before.converged && (is_divided || solve_.converged);
-  solve_.residual_m_s = is_divided
-                            ? before.residual_m_s
-                            : worse_residual_m_s(before.residual_m_s, solve_.residual_m_s);
+  solve_.residual_m_s = is_divided ? before.residual_m_s
+                                   : worse_residual_m_s(before.residual_m_s, solve_.residual_m_s);
   if (is_divided) {
     implicit_part(0.5 * h, halvings - 1);
     implicit_part(0.5 * h, halvings - 1);
