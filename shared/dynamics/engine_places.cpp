@@ -78,8 +78,8 @@ void Engine::note_listed() {
   const auto is_listed = [&](const OtherSphere& sphere) {
     return is_listed_[at(sphere.place)] != 0;
   };
-  const auto unlisted =
-      std::stable_partition(other_spheres_.begin(), other_spheres_.end(), is_listed);
+  // Not stable_partition, which allocates.
+  const auto unlisted = std::partition(other_spheres_.begin(), other_spheres_.end(), is_listed);
   listed_others_ = static_cast<std::size_t>(unlisted - other_spheres_.begin());
   for (const OtherSphere& sphere : std::span(other_spheres_).first(listed_others_))
     for (std::size_t n = 0; n < at(sphere.node_count); ++n)
