@@ -45,7 +45,7 @@ class ContactListing {
   }
 
   /// History of a contact that sleeps: of a sphere, and of a second sphere, a plane or a field.
-  /// Spheres, planes and fields are counted on; first < second. It acts on the first.
+  /// Numbers are those of Description::side(); first < second. It acts on the first.
   struct SleepingContact {
     std::int32_t first, second;
     ContactHistory history;
@@ -108,6 +108,12 @@ class ContactListing {
   [[nodiscard]] const Description::Field& field_of(std::int32_t sphere_b) const {
     const auto slot = static_cast<std::size_t>(sphere_b) - description_.spheres.size();
     return description_.fields[static_cast<std::size_t>(field_lanes_[slot].field)];
+  }
+  /// The rigid body of side b of a lane that is no plane; -1: a sphere of nodes.
+  [[nodiscard]] int rigid_of(std::int32_t sphere_b) const {
+    if (is_field(sphere_b)) return field_of(sphere_b).rigid;
+    const std::int32_t sphere = order_[static_cast<std::size_t>(sphere_b)];
+    return description_.spheres[static_cast<std::size_t>(sphere)].rigid;
   }
   /// Lanes of contacts of which one side sleeps.
   [[nodiscard]] std::span<const Lane> sleeper_lanes() const noexcept { return sleeper_lanes_; }

@@ -50,8 +50,6 @@ void ContactListing::bound_field_ways(const SceneState& state, double tick_s) {
 
 void ContactListing::gather_fields(const SceneState& state) {
   const auto fields = static_cast<std::int32_t>(description_.fields.size());
-  const auto first_field =
-      static_cast<std::int32_t>(description_.spheres.size() + description_.planes.size());
   for (std::int32_t f = 0; f < fields; ++f) {
     const Description::Field& field = description_.fields[at(f)];
     if (state.is_here[at(field.rigid)] == 0) continue;
@@ -61,7 +59,8 @@ void ContactListing::gather_fields(const SceneState& state) {
     ball.w = field_radius_m(field) + margin_m;
     near_field_.clear();
     pairs_.append_near(ball, near_field_);
-    const bool is_field_still = is_still(first_field + f);
+    const bool is_field_still =
+        is_still(static_cast<std::int32_t>(description_.field_number(at(f))));
     for (const std::int32_t place : near_field_) {
       if (is_field_still && is_still(order_[at(place)])) continue;
       const Vector4& base = base_[at(place)];

@@ -65,17 +65,12 @@ void ContactListing::remember() {
   first_known_.front() = 0;
 }
 
-/// Whether a sphere, a plane or a field, counted as in Key, stays where it is.
+/// Whether a side of a contact stays where it is; numbers are those of Description::side().
 bool ContactListing::is_still(std::int32_t number) const {
-  const std::size_t spheres = description_.spheres.size(),
-                    first_field = spheres + description_.planes.size();
-  if (at(number) >= first_field) {
-    const int rigid = description_.fields[at(number) - first_field].rigid;
-    return rigid_sleeps(rigid) || description_.rigid_bodies[at(rigid)].is_fixture;
-  }
-  if (at(number) >= spheres || sleeps(number)) return true;
-  const std::int32_t rigid = description_.spheres[at(number)].rigid;
-  return rigid >= 0 && description_.rigid_bodies[at(rigid)].is_fixture;
+  const Description::Side side = description_.side(at(number));
+  if (side.plane != nullptr || (side.sphere != nullptr && sleeps(number))) return true;
+  const int rigid = side.rigid();
+  return rigid >= 0 && (rigid_sleeps(rigid) || description_.rigid_bodies[at(rigid)].is_fixture);
 }
 
 /// Keeps the history of contacts between two sides that stay.
@@ -107,12 +102,8 @@ void ContactListing::list_sleeper_lanes() {
 }
 
 double ContactListing::stiffness_N_per_m(std::int32_t first, std::int32_t second) const {
-  const std::size_t spheres = description_.spheres.size();
   const int a = description_.spheres[at(first)].material;
-  const std::size_t first_field = spheres + description_.planes.size();
-  const int b = at(second) < spheres       ? description_.spheres[at(second)].material
-                : at(second) < first_field ? description_.planes[at(second) - spheres].material
-                                           : description_.fields[at(second) - first_field].material;
+  const int b = description_.side(at(second)).material();
   return constants_[at(a) * description_.materials.size() + at(b)].stiffness_N_per_m;
 }
 

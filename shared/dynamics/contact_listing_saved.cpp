@@ -66,7 +66,7 @@ void ContactListing::check(const Saved& saved, bool is_stale) const {
   const std::size_t spheres = description_.spheres.size();
   for (const SleepingContact& contact : saved.sleeping)
     require(contact.first >= 0 && at(contact.first) < spheres && contact.second > contact.first &&
-            at(contact.second) < spheres + description_.planes.size() + description_.fields.size());
+            at(contact.second) < description_.field_number(description_.fields.size()));
   const bool is_empty = saved.base.empty() && saved.order.empty() && saved.groups.empty() &&
                         saved.sphere_a.empty() && saved.field_base.empty();
   if (is_stale && is_empty) return;  // nothing was listed yet

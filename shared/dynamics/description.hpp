@@ -92,6 +92,33 @@ struct Description {
     double bounding_radius_m = 0.0;  // rigid body: farthest point from the centre
   };
 
+  /// A side of a contact; the other two are null.
+  struct Side {
+    const Sphere* sphere = nullptr;
+    const Plane* plane = nullptr;
+    const Field* field = nullptr;
+
+    /// -1 for a plane and for a sphere of nodes.
+    [[nodiscard]] int rigid() const {
+      return sphere != nullptr ? sphere->rigid : field != nullptr ? field->rigid : -1;
+    }
+    [[nodiscard]] int material() const {
+      return sphere != nullptr  ? sphere->material
+             : plane != nullptr ? plane->material
+                                : field->material;
+    }
+  };
+  /// Returns a sphere, plane or field by its number. Planes are counted on behind spheres, and
+  /// fields behind planes. Pre: number < field_number(fields.size()).
+  [[nodiscard]] Side side(std::size_t number) const {
+    if (number < spheres.size()) return {.sphere = &spheres[number]};
+    if (number < field_number(0)) return {.plane = &planes[number - spheres.size()]};
+    return {.field = &fields[number - field_number(0)]};
+  }
+  [[nodiscard]] std::size_t field_number(std::size_t field) const {
+    return spheres.size() + planes.size() + field;
+  }
+
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
   std::vector<Node> nodes;
   std::vector<Spring> springs;

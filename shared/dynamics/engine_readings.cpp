@@ -32,21 +32,16 @@ double square_depth_m2(const Description& description, const SceneState& state, 
                        std::int32_t second) {
   const Description::Sphere& a = description.spheres[at(first)];
   const Eigen::Vector3d centre = sphere_position_m(a, state).vector();
-  const std::size_t spheres = description.spheres.size(),
-                    first_field = spheres + description.planes.size();
-  if (at(second) >= first_field) {
-    const Description::Field& field = description.fields[at(second) - first_field];
+  const Description::Side b = description.side(at(second));
+  if (b.field != nullptr) {
     const TangentSphere tangent =
-        tangent_sphere(field, field_pose(field, state), centre, a.radius_m);
+        tangent_sphere(*b.field, field_pose(*b.field, state), centre, a.radius_m);
     return tangent.map_scale * square_of(tangent.depth_m);
   }
-  if (at(second) >= spheres) {
-    const Description::Plane& plane = description.planes[at(second) - spheres];
-    return square_of(a.radius_m - (plane.normal.dot(centre) - plane.offset_m));
-  }
-  const Description::Sphere& b = description.spheres[at(second)];
-  return square_of(a.radius_m + b.radius_m -
-                   (centre - sphere_position_m(b, state).vector()).norm());
+  if (b.plane != nullptr)
+    return square_of(a.radius_m - (b.plane->normal.dot(centre) - b.plane->offset_m));
+  return square_of(a.radius_m + b.sphere->radius_m -
+                   (centre - sphere_position_m(*b.sphere, state).vector()).norm());
 }
 
 }  // namespace
@@ -72,13 +67,10 @@ double Engine::contact_energy_J() const {
 double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) const {
   double sum_J = fields_.energy_J(listing, state_, rigid);
   const auto spheres = static_cast<std::int32_t>(description_.spheres.size());
-  const auto first_field = spheres + static_cast<std::int32_t>(description_.planes.size());
   const auto add = [&](std::int32_t first, std::int32_t second, double stiffness_N_per_m,
                        double stretch_square_m2) {
     const int a = description_.spheres[at(first)].rigid;
-    const int b = second < spheres       ? description_.spheres[at(second)].rigid
-                  : second < first_field ? -1
-                                         : description_.fields[at(second - first_field)].rigid;
+    const int b = description_.side(at(second)).rigid();
     const auto is_driven = [&](int r) {
       return r >= 0 && description_.rigid_bodies[at(r)].is_driven;
     };

@@ -179,14 +179,11 @@ void Sleep::join_contacts(const ContactListing& listing, const ContactBodies& bo
         if (place.stiffness_N_per_m[lane] == 0.0F) continue;  // an unused lane
         const std::size_t a = at(listing.order()[at(place.sphere_a[lane])]);
         const std::int32_t b = place.sphere_b[lane], other = other_body(listing, b);
-        const bool is_field = listing.is_field(b);
-        const std::size_t sphere_b = is_field ? a : at(listing.order()[at(b)]);
-        const int rigid_b =
-            is_field ? listing.field_of(b).rigid : description_.spheres[sphere_b].rigid;
-        if (is_fixture(description_.spheres[a].rigid) || is_fixture(rigid_b)) continue;
+        if (is_fixture(description_.spheres[a].rigid) || is_fixture(listing.rigid_of(b))) continue;
         if (body_of_sphere_[a] == other) continue;
         const std::span<const double> lengths_m = listing.lengths_m();
-        if (gap_m(place, bodies, lane) <= kJoined * std::min(lengths_m[a], lengths_m[sphere_b]))
+        const std::size_t other_sphere = listing.is_field(b) ? a : at(listing.order()[at(b)]);
+        if (gap_m(place, bodies, lane) <= kJoined * std::min(lengths_m[a], lengths_m[other_sphere]))
           join(body_of_sphere_[a], other);
       }
   }
@@ -264,10 +261,7 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
     const std::int32_t b = place.sphere_b[lane.lane];
     const Description::Sphere& sphere = description_.spheres[at(a)];
     const bool a_sleeps = sphere_sleeps_[at(a)] != 0;
-    const int rigid_b = listing.is_field(b)
-                            ? listing.field_of(b).rigid
-                            : description_.spheres[at(listing.order()[at(b)])].rigid;
-    const int awake = a_sleeps ? rigid_b : sphere.rigid;
+    const int awake = a_sleeps ? listing.rigid_of(b) : sphere.rigid;
     const bool falls = awake < 0 || !description_.rigid_bodies[at(awake)].is_driven;
     const Eigen::Vector3d falls_m = (!falls     ? 0.0
                                      : a_sleeps ? -1.0
