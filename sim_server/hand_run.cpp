@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "shared/dynamics/engine.hpp"
 #include "shared/realtime/percentile.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/rendering/force_error.hpp"

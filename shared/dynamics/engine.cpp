@@ -38,6 +38,11 @@ Description validated(Description description) {
 
 }  // namespace
 
+int ticks_of(double step_s) {
+  constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
+  return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
+}
+
 Engine::Engine(Description description, SceneState state, EngineMethod method)
     : description_(validated(std::move(description))),
       fingerprint_(fingerprint(description_)),
@@ -78,15 +83,15 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
   const bool has_tool = std::ranges::any_of(
       description_.spheres, [](const auto& sphere) { return sphere.tool_slip_speed_m_s > 0.0; });
+  const auto is_led = [&](int rigid) {
+    const auto& body = description_.rigid_bodies[static_cast<std::size_t>(rigid)];
+    return body.is_driven && !body.is_fixture;
+  };
   for (const Description::Sphere& sphere : description_.spheres)
-    if (has_tool && sphere.rigid >= 0 && sphere.tool_slip_speed_m_s == 0.0) {
-      const auto& body = description_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
-      may_pass_ = may_pass_ && (!body.is_driven || body.is_fixture);
-    }
-  for (const Description::Field& field : description_.fields) {
-    const auto& body = description_.rigid_bodies[static_cast<std::size_t>(field.rigid)];
-    may_pass_ = may_pass_ && (!body.is_driven || body.is_fixture);
-  }
+    if (has_tool && sphere.rigid >= 0 && sphere.tool_slip_speed_m_s == 0.0)
+      may_pass_ = may_pass_ && !is_led(sphere.rigid);
+  for (const Description::Field& field : description_.fields)
+    may_pass_ = may_pass_ && !is_led(field.rigid);
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   awake_nodes_.reserve(description_.bodies.size() + 2);
   awake_joints_.reserve(description_.joints.size());

@@ -29,6 +29,8 @@ class ImplicitStep;
 
 /// A tick of physics: the period of the haptic loop.
 inline constexpr double kTick_s = 1e-3;
+/// Returns the number of ticks in which velocity Verlet takes a step of step_s.
+[[nodiscard]] int ticks_of(double step_s);
 
 /// Pose of a driven body at the end of a tick. Within the tick it moves evenly.
 struct DrivenPose {

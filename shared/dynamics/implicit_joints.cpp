@@ -1,9 +1,9 @@
 #include "shared/dynamics/implicit_joints.hpp"
 
+#include "shared/dynamics/joint_forces.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
-
-constexpr double kShortestLine_m2 = 1e-10;  // square of a length from which on it has a direction
 
 struct EndPlaces {
   Eigen::Vector3d before_m, after_m;

@@ -100,7 +100,7 @@ void ImplicitStep::restart(const ContactListing& listing) {
   contacts_.start(poses_, listing);
   evaluate();
   contacts_.limit_friction();
-  evaluate();
+  if (!contacts().empty()) evaluate();
 }
 
 /// Shortens the change until the residual along it has not turned round by much: the equations are
@@ -131,7 +131,7 @@ void ImplicitStep::solve(SolveFigures& figures, const std::atomic<bool>* stop) {
     contacts_.aim_friction(poses_, change_);
     contacts_.turn_aims(search_line());
     if (k < kFrictionIterations) contacts_.limit_friction();
-    evaluate();
+    if (!contacts().empty()) evaluate();  // friction has changed
     residual = residual_m_s();
     ++figures.iterations;
   }

@@ -3,8 +3,6 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kShortestLine_m2 = 1e-10;  // square of a length from which on it has a direction
-
 struct EndMotion {
   Eigen::Vector3d centre_m, arm_m, velocity_m_s, spin_rad_s;
 };

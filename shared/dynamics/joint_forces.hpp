@@ -13,6 +13,10 @@ struct Wrench {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero(), torque_N_m = Eigen::Vector3d::Zero();
 };
 
+/// Dampers of joints between nodes act along their line. Square of the length from which on a line
+/// has a direction.
+inline constexpr double kShortestLine_m2 = 1e-10;
+
 /// Adds the forces of joints and their dampers to nodes and rigid bodies, in the order of the
 /// state. Both ends are pulled at the place of end a, so that momentum is kept to rounding.
 /// Realtime: never allocates, locks or throws.

@@ -84,11 +84,6 @@ int stable_substeps(const SceneLoad& load, double step_s) {
   return static_cast<int>(std::clamp(std::ceil(kSpare * step_s / stable_step_s(load)), 1.0, kMax));
 }
 
-int ticks_of(double step_s) {
-  constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
-  return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
-}
-
 int taken_substeps(const SceneLoad& load, double step_s) {
   const int ticks = ticks_of(step_s);
   return ticks *

@@ -28,9 +28,6 @@ struct SceneLoad {
 /// to spare for springs that stiffen.
 [[nodiscard]] int stable_substeps(const SceneLoad& load, double step_s);
 
-/// Returns the number of ticks in which velocity_verlet takes a step of step_s.
-[[nodiscard]] int ticks_of(double step_s);
-
 /// Returns the default number of substeps of explicit methods in a step of step_s.
 [[nodiscard]] int taken_substeps(const SceneLoad& load, double step_s);
 

@@ -12,10 +12,9 @@ namespace {
 /// Substeps that are given divide the step as they are asked for, a tick each. An implicit step is
 /// one tick else, unless a body swings: in a tick it moves evenly.
 int ticks_of(double step_s, const scene::Method& method, bool swings) {
-  constexpr double kRounding = 1e-9;  // of a step that is a multiple of a tick
   if (method.substeps > 0) return method.substeps;
   if (scene::is_implicit(method.integrator) && !swings) return 1;
-  return std::max(1, static_cast<int>(std::ceil(step_s / kTick_s - kRounding)));
+  return dynamics::ticks_of(step_s);
 }
 
 }  // namespace
