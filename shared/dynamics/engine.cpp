@@ -83,15 +83,15 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
   const bool has_tool = std::ranges::any_of(
       description_.spheres, [](const auto& sphere) { return sphere.tool_slip_speed_m_s > 0.0; });
-  const auto is_led = [&](int rigid) {
+  const auto is_kinematic = [&](int rigid) {
     const auto& body = description_.rigid_bodies[static_cast<std::size_t>(rigid)];
     return body.is_driven && !body.is_fixture;
   };
   for (const Description::Sphere& sphere : description_.spheres)
     if (has_tool && sphere.rigid >= 0 && sphere.tool_slip_speed_m_s == 0.0)
-      may_pass_ = may_pass_ && !is_led(sphere.rigid);
+      may_pass_ = may_pass_ && !is_kinematic(sphere.rigid);
   for (const Description::Field& field : description_.fields)
-    may_pass_ = may_pass_ && !is_led(field.rigid);
+    may_pass_ = may_pass_ && !is_kinematic(field.rigid);
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   awake_nodes_.reserve(description_.bodies.size() + 2);
   awake_joints_.reserve(description_.joints.size());
