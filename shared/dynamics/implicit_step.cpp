@@ -96,6 +96,21 @@ void ImplicitStep::start(const SceneState& state, double step_s) {
   poses_.move(velocities_, awake_);
 }
 
+/// Whether a body that a force holds turns far: the arms of forces are means of a small turn, and
+/// at a whole turn the equations have more solutions than one.
+bool ImplicitStep::turns_far() const {
+  constexpr double kLargestTurn_rad = 1.0;
+  const auto is_far = [&](const ActedPoint& point) {
+    if (point.rigid < 0) return false;
+    const auto r = static_cast<std::size_t>(point.rigid);
+    const double turn_rad = poses_.step_s() * velocities_[poses_.spin(r)].vector().norm();
+    return turn_rad > kLargestTurn_rad && !description_.rigid_bodies[r].is_driven;
+  };
+  return std::ranges::any_of(active_, [&](const Coupling* coupling) {
+    return is_far(coupling->a) || is_far(coupling->b);
+  });
+}
+
 void ImplicitStep::restart(const ContactListing& listing) {
   contacts_.start(poses_, listing);
   evaluate();

@@ -35,8 +35,10 @@ class ImplicitStep {
   void leave_out(const Sleep& sleep);
   /// Begins a step from a state, with the velocities of its start as the first guess.
   void start(const SceneState& state, double step_s);
-  /// Whether the guess or solution passes through a body, or leaves the listing; after restart().
-  [[nodiscard]] bool passes() const { return contacts_.any_passes(); }
+  /// Whether the guess or solution passes through a body, or turns one too far for the work of its
+  /// forces to be exact; after restart().
+  [[nodiscard]] bool passes() const { return contacts_.any_passes() || turns_far(); }
+  /// Whether the guess or solution stays within the ways of the listing.
   [[nodiscard]] bool is_within(const ContactListing& listing) const {
     return contacts_.all_within(listing);
   }
@@ -66,6 +68,7 @@ class ImplicitStep {
   void evaluate();
   void evaluate_body(std::size_t rigid);
   void collect_active();
+  [[nodiscard]] bool turns_far() const;
   void multiply(const Motions& p, Motions& out) const;
   void factorise();
   void precondition(const Motions& r, Motions& out) const;
