@@ -106,7 +106,6 @@ EnergyLosses& EnergyLosses::operator+=(const EnergyLosses& more) {
   contact_damping_J += more.contact_damping_J;
   friction_J += more.friction_J;
   unsolved_J += more.unsolved_J;
-  joints_J += more.joints_J;
   return *this;
 }
 
@@ -114,10 +113,7 @@ LossMeter::LossMeter(const Description& description)
     : dampers_(dampers_of(description)),
       table_(dampers_),
       node_forces_N_(description.nodes.size()),
-      wrenches_(dampers_.joints.empty() ? 0 : description.rigid_bodies.size()) {
-  for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
-    if (description.rigid_bodies[r].is_driven) driven_.push_back(r);
-}
+      wrenches_(dampers_.joints.empty() ? 0 : description.rigid_bodies.size()) {}
 
 void LossMeter::start(const SceneState& state, const RowList& list, const ContactBodies& bodies,
                       const LiveRows& live) {
@@ -138,8 +134,8 @@ void LossMeter::start(const SceneState& state, const RowList& list, const Contac
 }
 
 void LossMeter::finish(const SceneState& state, const RowList& list, const ContactBodies& bodies,
-                       const LiveRows& live, const std::vector<Wrench>& wrenches, double h) {
-  finish_dampers(state, wrenches, h);
+                       const LiveRows& live, double h) {
+  finish_dampers(state, h);
   each_lane(list, bodies, live,
             [&](std::size_t group, std::size_t number, std::size_t row, std::size_t lane,
                 const Eigen::Vector3d& u) {
@@ -150,8 +146,7 @@ void LossMeter::finish(const SceneState& state, const RowList& list, const Conta
             });
 }
 
-void LossMeter::finish_dampers(const SceneState& state, const std::vector<Wrench>& wrenches,
-                               double h) {
+void LossMeter::finish_dampers(const SceneState& state, double h) {
   const auto mean = [](const Vector4& a, const Vector4& b) { return (0.5 * (a + b)).vector(); };
   double power_W = 0.0;
   for (std::size_t i = 0; i < node_forces_N_.size(); ++i)
@@ -162,10 +157,6 @@ void LossMeter::finish_dampers(const SceneState& state, const std::vector<Wrench
                wrenches_[r].torque_N_m.dot(
                    mean(angular_velocity_rad_s_[r], state.angular_velocity_rad_s[r]));
   losses_.spring_damping_J -= h * power_W;
-  if (wrenches.empty()) return;
-  for (const std::size_t r : driven_)
-    losses_.joints_J -= h * (wrenches[r].force_N.dot(state.rigid_velocity_m_s[r].vector()) +
-                             wrenches[r].torque_N_m.dot(state.angular_velocity_rad_s[r].vector()));
 }
 
 }  // namespace stillgrid::dynamics

@@ -19,7 +19,6 @@ struct EnergyLosses {
   double contact_damping_J = 0.0;
   double friction_J = 0.0;
   double unsolved_J = 0.0;  // a gain: springs of contacts hold it, though no work paid for it
-  double joints_J = 0.0;    // a gain: the work of driven bodies by joints
 
   EnergyLosses& operator+=(const EnergyLosses& more);
 };
@@ -36,9 +35,9 @@ class LossMeter {
   /// Begins a substep at its middle, with the velocities of its start in state and movers.
   void start(const SceneState& state, const RowList& list, const ContactBodies& bodies,
              const LiveRows& live);
-  /// Ends it with the velocities of its end. wrenches: of all joints; empty without joints.
+  /// Ends it with the velocities of its end.
   void finish(const SceneState& state, const RowList& list, const ContactBodies& bodies,
-              const LiveRows& live, const std::vector<Wrench>& wrenches, double substep_s);
+              const LiveRows& live, double substep_s);
 
   /// Sums since the last clear().
   [[nodiscard]] const EnergyLosses& losses() const noexcept { return losses_; }
@@ -52,12 +51,10 @@ class LossMeter {
     Eigen::Vector3d velocity_m_s;  // side a relative to side b, at the point of contact
     double stretch_square_m2;
   };
-  void finish_dampers(const SceneState& state, const std::vector<Wrench>& wrenches,
-                      double substep_s);
+  void finish_dampers(const SceneState& state, double substep_s);
 
   Description dampers_;  // springs and joints without their stiffness
   SpringTable table_;
-  std::vector<std::size_t> driven_;  // rigid bodies
   std::vector<Vector4> node_forces_N_;
   std::vector<Wrench> wrenches_;  // dampers; empty without such joints
   std::vector<Vector4> node_velocity_m_s_, rigid_velocity_m_s_, angular_velocity_rad_s_;

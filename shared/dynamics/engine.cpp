@@ -170,9 +170,9 @@ void Engine::substep(double h) {
   finish_rows(rows, step, live_);
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();
-  if (counts_losses_) meter_.finish(state_, rows, bodies_, live_, wrenches_, h);
+  if (counts_losses_) meter_.finish(state_, rows, bodies_, live_, h);
   FieldContacts::finish(listing_);
-  if (!driven_.empty()) note_reactions();
+  if (!driven_.empty()) note_reactions(h);
   drift(0.5 * h);
 }
 

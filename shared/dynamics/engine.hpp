@@ -40,7 +40,7 @@ struct DrivenPose {
   bool is_here = true;                                     // false: it is away and never touches
 };
 
-/// Impulse of all contacts on a driven body in a tick, in the frame of the world.
+/// Impulse of all contacts and joints on a driven body in a tick, in the frame of the world.
 struct DrivenReaction {
   Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();       // about the body's position
@@ -144,7 +144,7 @@ class Engine {
   void apply_forces(double duration_s, const Vector4& falls_m_s);
   void kick(double substep_s, const Vector4& falls_m_s);
   void apply_impulses();
-  void note_reactions();
+  void note_reactions(double substep_s);
   [[nodiscard]] int substeps_by_stiffness(double tick_s);
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);

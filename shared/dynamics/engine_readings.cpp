@@ -97,7 +97,11 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
   return sum_J;
 }
 
-void Engine::note_reactions() {
+void Engine::note_reactions(double h) {
+  for (std::size_t k = 0; k < driven_.size() && !wrenches_.empty(); ++k) {
+    reactions_[k].impulse_N_s += h * wrenches_[driven_[k]].force_N;
+    reactions_[k].moment_N_m_s += h * wrenches_[driven_[k]].torque_N_m;
+  }
   const RowList& list = listing_.rows();
   const auto note = [&](std::int32_t mover, const RigidSide& side, std::size_t lane, double sign,
                         const ContactRow& row, bool is_rigid) {

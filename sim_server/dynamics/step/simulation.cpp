@@ -433,7 +433,6 @@ void Simulation::account_energy() {
 }
 
 void Simulation::watch_energy() {
-  if (ticked_) ticked_->count_losses();
   watch_.emplace(energies_now());
 }
 

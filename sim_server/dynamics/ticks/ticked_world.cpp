@@ -134,7 +134,6 @@ void TickedWorld::add_flow(double tick_s, EnergyFlow& flow) {
     flow.tool_J[hand] += work_J(first_hand_ + hand, rigid_of_hand(hand));
   for (std::size_t k = 0; k < prescribed_.size(); ++k) work_J(k, prescribed_[k]);
   const EnergyLosses& losses = engine_->losses();
-  flow.given_J += losses.joints_J;
   flow.spring_damping_J += losses.spring_damping_J;
   flow.contact_damping_J += losses.contact_damping_J;
   flow.friction_J += losses.friction_J;
