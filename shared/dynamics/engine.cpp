@@ -27,9 +27,7 @@ int substeps_by_contacts(const ContactRates& rates, double tick_s) {
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min<double>(asked, kMaxSubsteps))) : 1;
 }
 
-// Iterations of a substep, in turn forwards and backwards. A body with many contacts at once, as a
-// block that lands flat, is turned aside by fewer.
-constexpr int kIterations = 5, kIterationsOfBalls = 2;
+constexpr int kIterations = 4;  // of a substep, in turn forwards and backwards
 
 Description validated(Description description) {
   validate(description);
@@ -165,8 +163,7 @@ void Engine::substep(double h) {
   kick(h, falls);
   kick_balls(balls_, state_, bodies_, falls);
   warm_start_rows(rows, bodies_, live_);
-  for (int k = 0; k < kIterations; ++k)
-    solve_rows(rows, bodies_, live_, k % 2 == 1, k < kIterationsOfBalls);
+  for (int k = 0; k < kIterations; ++k) solve_rows(rows, bodies_, live_, k % 2 == 1);
   finish_rows(rows, step, live_);
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();

@@ -69,25 +69,26 @@ void PullSprings(const SpringTable::Arrays& springs, std::size_t count, const Ve
   }
 }
 
-/// Sums are kept in a register: springs that follow each other share nodes, and would wait for each
-/// other's stores.
+/// Sums are kept in registers, two that do not wait for each other: springs that follow each other
+/// share nodes, and would wait for each other's stores.
 void SumPulls(std::span<const SpringTable::NodeEnds> nodes, const std::uint32_t* ends,
               const Vector4* pulls_N, Vector4* forces_N) {
   const Doubles d;
   for (const SpringTable::NodeEnds& node : nodes) {
     Vector4& force = forces_N[node.node];
     if constexpr (kHoldsAPlace) {
-      auto sum = hn::Load(d, &force.x);
+      auto begin = hn::Zero(d), end = begin;
       for (std::uint32_t k = node.first; k < node.first_ending; ++k)
-        sum = sum + hn::Load(d, &pulls_N[ends[k]].x);
+        begin = begin + hn::Load(d, &pulls_N[ends[k]].x);
       for (std::uint32_t k = node.first_ending; k < node.end; ++k)
-        sum = sum - hn::Load(d, &pulls_N[ends[k]].x);
-      hn::Store(sum, d, &force.x);
+        end = end + hn::Load(d, &pulls_N[ends[k]].x);
+      hn::Store(hn::Load(d, &force.x) + (begin - end), d, &force.x);
     } else {
-      Vector4 sum = force;
-      for (std::uint32_t k = node.first; k < node.first_ending; ++k) sum = sum + pulls_N[ends[k]];
-      for (std::uint32_t k = node.first_ending; k < node.end; ++k) sum = sum - pulls_N[ends[k]];
-      force = sum;
+      Vector4 begin, end;
+      for (std::uint32_t k = node.first; k < node.first_ending; ++k)
+        begin = begin + pulls_N[ends[k]];
+      for (std::uint32_t k = node.first_ending; k < node.end; ++k) end = end + pulls_N[ends[k]];
+      force = force + (begin - end);
     }
   }
 }
