@@ -95,9 +95,16 @@ HWY_INLINE void Push(A& a, B& b, const Column3& impulse, const ContactRow& row,
     a.Store(row, side_a);
     b.Store(row, side_b);
   } else {
+    const Column zero = All(0.0F);
+    const auto pushes =
+        hn::Or(hn::Or(hn::Ne(impulse.x, zero), hn::Ne(impulse.y, zero)), hn::Ne(impulse.z, zero));
+    if (hn::AllFalse(Floats(), pushes)) return;
+    alignas(64) float is_pushing[kColumnLanes];
+    hn::Store(hn::IfThenElseZero(pushes, All(1.0F)), Floats(), is_pushing);
     a.ListChanges();
     b.ListChanges();
     for (std::size_t k = 0; k < kColumnLanes; ++k) {
+      if (is_pushing[k] == 0.0F) continue;
       a.AddLane(row, side_a, k);
       b.AddLane(row, side_b, k);
     }

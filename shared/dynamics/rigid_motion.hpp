@@ -22,8 +22,10 @@ namespace stillgrid::dynamics {
 
 /// The rotation by a vector along its axis of its length in rad. Exact to rounding; sums of a
 /// series instead of functions of the C library, which round differently on different processors.
+/// An angle beyond 1e15 rad, of which no digit is known, gives no number.
 [[nodiscard]] inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn_rad) {
   const double square = 0.25 * turn_rad.squaredNorm();  // half the angle, squared
+  if (square > 1e30) return {NAN, NAN, NAN, NAN};
   if (square > 0.25) {
     const Eigen::Quaterniond half = rotation_by(0.5 * turn_rad);
     return (half * half).normalized();

@@ -1,9 +1,12 @@
 // A saved state is all that the future depends on.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "shared/dynamics/rigid_motion.hpp"
 #include "tests/sanitizer_cut.hpp"
 #include "tests/shared/dynamics/drawn_scene.hpp"
 #include "tests/sim_server/every_target.hpp"
@@ -99,6 +102,11 @@ TEST_CASE("A block that is none of this scene is refused, and nothing changes", 
   CHECK_THROWS_AS(engine.load(shorter), std::invalid_argument);
   CHECK_THROWS_AS(engine.load(longer), std::invalid_argument);
   CHECK(first_difference(block_of(engine), block) == kNone);
+}
+
+TEST_CASE("A turn by an infinite angle is no number and ends", "[engine]") {
+  for (const double angle_rad : {1e16, 1e200, std::numeric_limits<double>::infinity()})
+    CHECK(std::isnan(rotation_by({0.0, angle_rad, 0.0}).w()));
 }
 
 TEST_CASE("A block with any byte changed is refused or loaded, and a step after it ends",
