@@ -13,7 +13,7 @@ from benchmark_report import NS, processor_name, run_benchmark
 from measuring import parser_of, program
 from tables import write_rows
 
-COUNTERS = ("overlap_mm", "height_mm", "gap_mm", "error_mm", "touching", "least", "most")
+COUNTERS = ("overlap_mm", "height_mm", "gap_mm", "error_mm", "touching")
 
 
 def row_of(name, runs):
@@ -28,10 +28,10 @@ def row_of(name, runs):
 
 
 def main():
-    parser = parser_of(__doc__, "2 repetitions of the small scenes, not 5 of all")
+    parser = parser_of(__doc__, "2 repetitions of the small scenes, not 3 of all")
     parser.add_argument("--filter", metavar="PATTERN", help="these benchmarks; default: all")
     arguments = parser.parse_args()
-    repetitions, pattern = (2, "/400/|/[a-z_]*1000_N|2000_") if arguments.small else (5, ".*")
+    repetitions, pattern = (2, "/400/|/[a-z_]*1000_N|2000_") if arguments.small else (3, ".*")
     with tempfile.TemporaryDirectory() as name:
         report = pathlib.Path(name) / "report.json"
         load, stolen = run_benchmark(program(arguments.build, "engine_benchmark"), repetitions,

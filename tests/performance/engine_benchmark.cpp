@@ -84,7 +84,7 @@ void add_piles() {
     for (const BulletMethod& method : {BulletMethod{1, 10}, {4, 6}, {10, 10}})
       add_pile("boxes" + name_of(method), falling_boxes, count, bullet(method));
   }
-  // Its other solvers take longer here. It has no room for 4,000 bodies.
+  // Its other solvers take longer here. It refuses 2,000 bodies ("could not create mjData").
   for (const MujocoMethod& method :
        {MujocoMethod{1, 0.02, "Euler", "CG"}, {2, 0.014, "Euler", "CG"}}) {
     const std::string name = "/mujoco_" + std::to_string(method.substeps);

@@ -52,7 +52,7 @@ struct BulletMethod {
 
 struct MujocoMethod {
   int substeps = 5;               // in 10 ms; 5 is MuJoCo's default
-  double time_constant_s = 0.02;  // of contacts; its default
+  double time_constant_s = 0.02;  // for contacts; its default
   std::string integrator = "Euler";
   std::string solver = "Newton";
 };
