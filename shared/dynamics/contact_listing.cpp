@@ -182,6 +182,7 @@ void ContactListing::collect_near() {
          .mover = sphere.rigid >= 0 ? mover_of_rigid_[at(sphere.rigid)] : sphere.nodes[0],
          .kind = kinds_[at(s)],
          .is_driven = sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven,
+         .is_still = is_still(s),
          .material = sphere.material,
          .tool_slip_speed_m_s = static_cast<float>(sphere.tool_slip_speed_m_s),
          .is_field_point = sphere.is_field_point,
@@ -215,8 +216,8 @@ void ContactListing::gather() {
   for (auto& group : candidates_) group.clear();
   for (const NearPair& pair : pairs_.pairs()) {
     std::int32_t a = pair.first, b = pair.second;
-    if (is_still(order_[at(a)]) && is_still(order_[at(b)])) continue;
     if (!may_collide(a, b)) continue;
+    if (near_spheres_[at(a)].is_still && near_spheres_[at(b)].is_still) continue;
     if (near_spheres_[at(a)].kind > near_spheres_[at(b)].kind) std::swap(a, b);
     const NearSphere &near_a = near_spheres_[at(a)], &near_b = near_spheres_[at(b)];
     const double touching = (1.0 + kTouching) * (near_a.radius_m + near_b.radius_m);

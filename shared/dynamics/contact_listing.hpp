@@ -136,7 +136,7 @@ class ContactListing {
   struct NearSphere {
     std::int32_t rigid, body, mover;  // the mover of a soft sphere is its first node
     SideKind kind;
-    bool is_driven;
+    bool is_driven, is_still;
     std::int32_t material;
     float tool_slip_speed_m_s;
     bool is_field_point;

@@ -15,12 +15,14 @@ std::size_t at(std::int32_t index) {
 
 /// Fields stand behind spheres.
 void ContactListing::collect_near_fields() {
+  auto number = static_cast<std::int32_t>(description_.field_number(0));
   for (const Description::Field& field : description_.fields)
     near_spheres_.push_back({.rigid = field.rigid,
                              .body = field.body,
                              .mover = mover_of_rigid_[at(field.rigid)],
                              .kind = SideKind::kRigid,
                              .is_driven = description_.rigid_bodies[at(field.rigid)].is_driven,
+                             .is_still = is_still(number++),
                              .material = field.material,
                              .tool_slip_speed_m_s = 0.0F,
                              .is_field_point = false,
@@ -59,10 +61,9 @@ void ContactListing::gather_fields(const SceneState& state) {
     ball.w = field_radius_m(field) + margin_m;
     near_field_.clear();
     pairs_.append_near(ball, near_field_);
-    const bool is_field_still =
-        is_still(static_cast<std::int32_t>(description_.field_number(at(f))));
+    const bool is_field_still = near_spheres_[description_.spheres.size() + at(f)].is_still;
     for (const std::int32_t place : near_field_) {
-      if (is_field_still && is_still(order_[at(place)])) continue;
+      if (is_field_still && near_spheres_[at(place)].is_still) continue;
       const Vector4& base = base_[at(place)];
       const double within_m = near_spheres_[at(place)].radius_m + base.w;
       const double far_m = within_m + ball.w;

@@ -13,8 +13,8 @@ struct MujocoSystem {
   std::unique_ptr<mjData, decltype(&mj_deleteData)> data;
 };
 
-/// Compiles a model's text and makes its state. Throws std::runtime_error with what MuJoCo said of
-/// what it refuses.
-[[nodiscard]] MujocoSystem load_mujoco(const std::string& text);
+/// Compiles a model's text and makes its state. The text may include "included.xml". Throws
+/// std::runtime_error with MuJoCo's message where it refuses the model.
+[[nodiscard]] MujocoSystem load_mujoco(const std::string& text, const std::string& included = {});
 
 }  // namespace stillgrid::performance

@@ -94,29 +94,37 @@ struct EngineScene {
   }
 };
 
-/// Balls of 8 to 12 mm that fall into a bin, in ten layers, as drawn by seed 17.
-inline EngineScene falling_pile(int count) {
-  EngineScene scene;
+/// Adds bodies that fall into a bin, in ten layers. add(position_m, between) adds one; between(low,
+/// high) draws a number. Seed 17.
+template <class Add>
+void fall_into_bin(EngineScene& scene, int count, double spacing_m, const Add& add) {
   scene.with_gravity();
   std::mt19937_64 random(17);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  constexpr double kSpacing_m = 2.05 * 0.012;
   const int layer = (count + 9) / 10;
   const int columns = static_cast<int>(std::ceil(std::sqrt(layer)));
   const int rows = (layer + columns - 1) / columns;
   for (int i = 0; i < count; ++i) {
     const int place = i % layer;
-    Eigen::Vector3d at = kSpacing_m * Eigen::Vector3d(place % columns, place / columns, i / layer);
-    for (double& coordinate : at) coordinate += 0.5 * kSpacing_m + between(0.0, 4e-4);
-    scene.add_ball(between(0.008, 0.012), at);
+    Eigen::Vector3d at = spacing_m * Eigen::Vector3d(place % columns, place / columns, i / layer);
+    for (double& coordinate : at) coordinate += 0.5 * spacing_m + between(0.0, 4e-4);
+    add(at, between);
   }
   scene.add_plane(Eigen::Vector3d::UnitZ(), 0.0);
   scene.add_plane(Eigen::Vector3d::UnitX(), 0.0);
-  scene.add_plane(-Eigen::Vector3d::UnitX(), -kSpacing_m * columns);
+  scene.add_plane(-Eigen::Vector3d::UnitX(), -spacing_m * columns);
   scene.add_plane(Eigen::Vector3d::UnitY(), 0.0);
-  scene.add_plane(-Eigen::Vector3d::UnitY(), -kSpacing_m * rows);
+  scene.add_plane(-Eigen::Vector3d::UnitY(), -spacing_m * rows);
+}
+
+/// Balls of 8 to 12 mm that fall into a bin.
+inline EngineScene falling_pile(int count) {
+  EngineScene scene;
+  fall_into_bin(scene, count, 2.05 * 0.012, [&](const Eigen::Vector3d& at, const auto& between) {
+    scene.add_ball(between(0.008, 0.012), at);
+  });
   return scene;
 }
 
