@@ -215,8 +215,9 @@ void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
   ApplyChanges(bodies);
 }
 
-void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward) {
-  EachLiveRow(list, live, is_backward, true,
+void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
+               bool with_balls) {
+  EachLiveRow(list, live, is_backward, with_balls,
               [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
                   HWY_ATTR { SolveRow<A, B>(list, bodies, group, row, live.substep_s); });
   ApplyChanges(bodies);
@@ -262,8 +263,9 @@ void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRow
 void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(WarmStartRows)(list, bodies, live);
 }
-void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward) {
-  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, is_backward);
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
+                bool with_balls) {
+  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, is_backward, with_balls);
 }
 void finish_rows(RowList& list, float substep_s, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(FinishRows)(list, substep_s, live);

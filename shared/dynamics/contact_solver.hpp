@@ -35,8 +35,10 @@ struct LiveRows {
 void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live);
 /// Applies the impulses of the last substep.
 void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live);
-/// Iterates once over all live rows; backwards if is_backward.
-void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward);
+/// Iterates once over all live rows; backwards if is_backward. Without with_balls it leaves out
+/// contacts of balls with balls and planes.
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
+                bool with_balls);
 /// Stretches the springs that friction holds.
 void finish_rows(RowList& list, float substep_s, const LiveRows& live);
 
