@@ -10,7 +10,6 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/contact/contact_making.hpp"
-#include "sim_server/contact/crossing.hpp"
 #include "sim_server/contact/field_ways.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
@@ -30,37 +29,15 @@ class Detection {
   /// Makes contacts() every pair of spheres, and of spheres and planes or fields, that may touch
   /// within a step of step_s, each once. Throws std::domain_error, naming body and sphere, where a
   /// sphere's place is no number. Pre: `world` has the bodies that the constructor saw.
-  ///
-  /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
-  /// something goes farther than its radius: what is that fast gathers all along its path, and a
-  /// shorter step takes less memory. A call that `must` find them lists however many there are.
-  bool find_contacts(const bodies::World& world, double step_s, bool must = false);
+  void find_contacts(const bodies::World& world, double step_s);
 
   /// Takes note of who is sleeping: such bodies stay where they are, without work, and have
   /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
   void note_sleep(const bodies::World& world);
 
-  /// Whether a sphere or a field that is free ends elsewhere than on the way that contacts were
-  /// found for, so that it may have met what contacts() does not list. end: of all spheres;
-  /// end_bodies: as World::rigid_bodies.
-  [[nodiscard]] bool strayed(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-                             std::span<const bodies::RigidBody> end_bodies) const;
-  /// Finds the contacts of the last find_contacts() anew, and more: the ways of spheres that
-  /// strayed are wide enough now for both. The tool's are left to find_tool_contacts(). False, and
-  /// there are none, as find_contacts().
-  bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-             std::span<const bodies::RigidBody> end_bodies, bool must);
-  /// Whether what strayed meets on its way what was no contact before the last widen().
-  [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways) const;
-
   /// Appends the contacts of the tool with the moving spheres and fields, in place of those of an
   /// earlier call. After find_contacts() of the same step.
   void find_tool_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool);
-
-  /// The tool's contacts with what a prescribed motion leads, which no step needs: neither side
-  /// feels them. After find_contacts() of the same step.
-  void find_led_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool,
-                         std::vector<Contact>& contacts);
 
   /// Takes where the spheres of the world are, for motions(). Throws as find_contacts().
   void move_spheres(const bodies::World& world);
@@ -93,12 +70,7 @@ class Detection {
 
  private:
   void bound_sweeps(const bodies::World& world, double step_s);
-  [[nodiscard]] bool list(const bodies::World& world, bool must);
-  [[nodiscard]] bool has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
-                                 double radius_m) const;
-  [[nodiscard]] bool was_listed(const bodies::World& world, const Contact& contact) const;
-  [[nodiscard]] bool is_any_fast(const bodies::World& world) const;
-  [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
+  void add_pairs(const bodies::World& world);
   void add_given(const bodies::World& world);
   void add_fields(const bodies::World& world);
   [[nodiscard]] Mover mover(std::uint32_t i) const { return {i, motion_[i], paths_[i]}; }
@@ -109,13 +81,9 @@ class Detection {
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
   std::vector<std::uint8_t> moves_;    // neither sleeping nor prescribed to stay
   std::vector<bodies::SphereMotion> motion_;
-  std::vector<collision::SweptBound> paths_;         // of each moving sphere in this step
-  std::vector<collision::SweptBound> paths_before_;  // the last widen()
-  std::vector<std::uint8_t> is_wide_;                // of each moving sphere: its way was widened
-  bool is_any_wide_ = false;
+  std::vector<collision::SweptBound> paths_;  // of each moving sphere in this step
   FieldWays fields_;
-  std::vector<FieldWay> fields_before_;  // the last widen()
-  double step_s_ = 0.0;                  // that contacts were found for
+  double step_s_ = 0.0;  // that contacts were found for
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;  // scratch
 };

@@ -195,7 +195,7 @@ int other_body(const bodies::World& world, const Contact& contact) {
 void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shapes,
                       Warnings& warnings) {
   Detection detection(world, 0.0);
-  detection.find_contacts(world, 0.0, true);
+  detection.find_contacts(world, 0.0);
   struct Overlap {
     double depth_m = 0.0;
     const Contact* contact = nullptr;

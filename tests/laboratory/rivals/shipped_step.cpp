@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 
 namespace stillgrid::laboratory {

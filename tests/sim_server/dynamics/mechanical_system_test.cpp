@@ -6,7 +6,7 @@
 #include <random>
 
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
