@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim_server/contact/detection.hpp"
 #include "sim_server/contact/field_touch.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/field_worlds.hpp"
 
 namespace stillgrid::contact::field_contact_test {
@@ -156,12 +156,10 @@ TEST_CASE("All that meets a field on its way is a contact, once, and points meet
   const auto seed = GENERATE(range(1U, 13U));
   const double step_s = GENERATE(0.0031, 0.013);
   const Crowd own = crowd(seed, step_s);
-  Detection detection(own.world, 0.0);
-  detection.find_contacts(own.world, step_s);
-  detection.find_tool_contacts(own.world, own.tool);
+  const std::vector<Contact> contacts = contacts_within(own.world, step_s, own.tool);
 
   Pairs found;
-  for (const Contact& contact : detection.contacts()) {
+  for (const Contact& contact : contacts) {
     const bool is_first = bodies::is_field(own.world, contact.a);
     const bool is_of_field = is_first || bodies::is_field(own.world, contact.b);
     if (!is_of_field) {

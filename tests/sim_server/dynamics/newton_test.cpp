@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/scene_builders.hpp"
@@ -78,9 +78,8 @@ TEST_CASE(
     "does not",
     "[newton]") {
   const bodies::World world = sliding_box();
-  contact::Detection detection(world, 1.0);
-  detection.find_contacts(world, 0.01);
-  MechanicalSystem system(world, detection.contacts());
+  const std::vector<contact::Contact> contacts = contact::contacts_within(world, 0.01);
+  MechanicalSystem system(world, contacts);
   ImplicitStage step(system, 0.01);
   Eigen::VectorXd u = step.initial_guess(), residual(u.size());
   step.residual(u, residual);
