@@ -21,7 +21,7 @@ namespace stillgrid::dynamics {
 /// A step of a whole scene at once, by a method that needs all of its contacts beforehand. An
 /// engine lists contacts for a step, lets it solve, and halves a step that does not succeed.
 ///
-/// A step depends on its start and its listing alone: nothing lasts from step to step.
+/// A step depends on its start and its listing alone. It does not remember the step before.
 ///
 /// Thread: one. Memory is kept from step to step.
 class CoupledStep {
@@ -56,7 +56,7 @@ class CoupledStep {
   void finish(SceneState& state, ContactListing& listing, std::vector<SpherePlace>& places) const;
   /// Returns the losses by dampers and friction in the step.
   [[nodiscard]] virtual EnergyLosses losses() const = 0;
-  /// Adds what the step did to a driven body.
+  /// Adds the impulses and moments of the step on a driven body.
   void add_reaction(std::size_t rigid, DrivenReaction& reaction) const;
 
  protected:
@@ -70,7 +70,7 @@ class CoupledStep {
   std::vector<std::size_t> nodes_, bodies_;  // those that move by forces
   std::vector<double> reaches_m_;            // rigid bodies: their farthest points
   Motions velocities_;                       // guess or solution
-  Motions impulses_;                         // of all forces in the step
+  Motions impulses_;                         // sums of all forces over the step
   Motions driven_impulses_;                  // part of them by contacts between driven bodies
 };
 

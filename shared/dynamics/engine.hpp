@@ -42,7 +42,7 @@ struct DrivenPose {
 
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
 ///
-/// By small steps a tick is divided into substeps. A substep is one step of position Verlet.
+/// Small steps divide a tick into substeps. A substep is one step of position Verlet.
 /// Contacts, friction and their impulses on bodies are solved implicitly at its middle. An
 /// EngineMethod may advance the whole scene at once instead, in one CoupledStep or in parts.
 ///

@@ -33,14 +33,13 @@ class ImplicitContacts {
   void turn_stretches(const ImplicitPoses& poses);
   /// Places spheres and fields at the end of the step.
   void move(const ImplicitPoses& poses);
-  /// Stretches of friction at the start, m: one column for each contact. Later calls use what they
-  /// are given.
+  /// Writes the stretches of friction at the start, m: one column for each contact.
   void write_stretches(Eigen::Ref<Eigen::Matrix3Xd> stretches_m) const;
   /// Computes the forces at an instant, as impulses of one second, where the step would end at it.
-  /// Writes the velocities of stretches, and adds the powers of losses: their impulses of one
-  /// second in J. Friction is a spring with a damper, in line with a slider at Coulomb's limit: the
-  /// spring of a slider that moves changes as the damper lets it. A damper is at least 10 us of the
-  /// spring. Realtime: yes.
+  /// Writes the velocities of stretches, and adds the losses of one second in J. Friction is a
+  /// spring with a damper, in line with a slider at Coulomb's limit. While the slider moves, the
+  /// damper sets the velocity of the spring. The damper is at least 10 us times the stiffness.
+  /// Realtime: yes.
   void evaluate_instant(const ImplicitPoses& poses, const Motions& velocities,
                         const Eigen::Ref<const Eigen::Matrix3Xd>& stretches_m,
                         Eigen::Ref<Eigen::Matrix3Xd> rates_m_s, EnergyLosses& powers);

@@ -38,12 +38,12 @@ class ImplicitStep : public CoupledStep {
   void evaluate();
   /// Sets the limits of friction by the last evaluate(), and evaluates with them.
   void limit_friction();
-  /// Returns the rms of the last residual over what moves by forces, divided by mass. Of a
-  /// rotation: the speed at the body's farthest point.
+  /// Returns the rms of the last residual over all free nodes and bodies, divided by mass. A
+  /// rotation counts as the speed at the body's farthest point.
   [[nodiscard]] double residual_m_s() const;
 
   double tolerance_m_s_;
-  Motions residual_;  // zero where nothing moves by forces
+  Motions residual_;  // zero of driven bodies and pinned nodes
 
  private:
   void evaluate_body(std::size_t rigid);

@@ -19,7 +19,7 @@ namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kMaxTurn_rad = 2.0;  // in a tick; at a whole turn rotation vectors end
-constexpr long kMostSteps = 20'000;   // in a tick
+constexpr long kMaxSteps = 20'000;    // in a tick
 constexpr int kKrylov = 30;           // largest dimension of a Krylov space
 constexpr double kAnyError = 1e30;    // absolute tolerance of components that choose no step
 /// In the state, of a driven body: impulse and moment, of all forces and by driven bodies.
@@ -256,7 +256,7 @@ long CvodeStep::integrate(void* memory, N_Vector y) {
   const auto spins = static_cast<Eigen::Index>(bodies_.size());
   reached_s_ = 0.0;
   for (long steps = 0;; ++steps) {
-    if (steps == kMostSteps || reached_s_ >= poses_.step_s()) return steps;
+    if (steps == kMaxSteps || reached_s_ >= poses_.step_s()) return steps;
     if (CVode(memory, poses_.step_s(), y, &reached_s_, CV_ONE_STEP) < 0) return steps;
     const Parts state = parts_of(y);
     place(reached_s_, state);

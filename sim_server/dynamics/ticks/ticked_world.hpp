@@ -47,7 +47,7 @@ class TickedWorld {
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
-    SolveFigures solve = {};    // by a CoupledStep
+    SolveFigures solve = {};    // zero by small steps
     double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
   };

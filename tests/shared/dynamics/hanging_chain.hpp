@@ -95,8 +95,9 @@ template <class Solver>
   return result;
 }
 
-/// A ball of 0.1 kg about to meet the floor within a step of implicit Euler, half way: what
-/// Broyden's method from the free flight's Jacobian, the mass, finds hardest. stiffness: k h^2 / m.
+/// Solves a step of implicit Euler in which a ball of 0.1 kg meets the floor half way. It is the
+/// hardest step for Broyden's method, which begins from the free flight's Jacobian, the mass.
+/// stiffness: k h^2 / m.
 template <class Solver, class... Options>
 [[nodiscard]] SolveFigures solve_contact_onset(double stiffness, double tolerance_m_s,
                                                Options... options) {
