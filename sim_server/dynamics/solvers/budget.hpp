@@ -17,7 +17,7 @@ struct Budget {
   static constexpr std::uint64_t kNone_ns = std::numeric_limits<std::uint64_t>::max();
 
   int iterations =
-      std::numeric_limits<int>::max();      // of a nonlinear solver; steps have their own limits
+      std::numeric_limits<int>::max();      // most of a nonlinear solver, which counts them down
   const std::atomic<bool>* stop = nullptr;  // true: the step ends at once
   std::uint64_t deadline_ns = kNone_ns;     // a time of the clock
   clockid_t clock = realtime::clock_of_this_thread();
