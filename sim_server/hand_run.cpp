@@ -95,9 +95,8 @@ StartState settled(scene::SceneDescription scene, const bodies::World& start,
   for (long i = 0;
        i < steps && end.work <= most_work_per_ms * (kFirst_ms + 1e3 * scene.period_s * double(i));
        ++i)
-    end.work += work_of_step(load, scene,
-                             simulation.step(scene.period_s, [] { return std::nullopt; },
-                                             {.iterations = kMaxIterations}));
+    end.work +=
+        work_of_step(load, scene, simulation.step(scene.period_s, [] { return std::nullopt; }));
   end.world = simulation.world();
   end.contacts = simulation.contact_state();
   // A simulation that goes on from here has yet to find out which bodies rest.

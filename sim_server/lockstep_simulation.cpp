@@ -61,8 +61,8 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
 
 void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterStep& after_step) {
   const double began_s = now_s();
-  const dynamics::StepReport report = simulation_.step(
-      static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool, {.iterations = kMaxIterations});
+  const dynamics::StepReport report =
+      simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool);
   times_ = times_of(snapshot_, report);
   if (predicts_) prediction_ = simulation_.predict_next(prediction_s_);
   if (clock_s_) step_s_.push_back(now_s() - began_s);

@@ -11,9 +11,6 @@
 
 namespace stillgrid::sim_server {
 
-/// Iterations of a step, on any clock: more than the parts of a step that converges have together.
-inline constexpr int kMaxIterations = 1000;
-
 /// Returns whether snapshots of the scene hold predictions. At 1 kHz a snapshot is shown for
 /// one tick: it needs no prediction.
 [[nodiscard]] inline bool predicts(const scene::SceneDescription& scene) {

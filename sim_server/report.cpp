@@ -90,8 +90,6 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
     report.hands[hand].tool_work_J = step.tools[hand].work_J;
   if (!report.measures_time) return;
   const auto ns = [](std::chrono::nanoseconds t) { return static_cast<std::uint64_t>(t.count()); };
-  report.detect_ns.record(ns(step.detect));
-  report.respond_ns.record(ns(step.respond));
   report.integrate_ns.record(ns(step.integrate));
 }
 
@@ -130,9 +128,7 @@ void write_report(const SimulationReport& report, const bodies::World& world,
   add_hands(report, json);
   if (report.measures_time) {
     json["step_ms"] = reading::histogram_json(report.step_ns, 1e-6);
-    json["phases_ms"] = {{"detect", reading::histogram_json(report.detect_ns, 1e-6)},
-                         {"respond", reading::histogram_json(report.respond_ns, 1e-6)},
-                         {"integrate", reading::histogram_json(report.integrate_ns, 1e-6)}};
+    json["phases_ms"] = {{"integrate", reading::histogram_json(report.integrate_ns, 1e-6)}};
     if (report.predict_ns.count() > 0)
       json["phases_ms"]["predict"] = reading::histogram_json(report.predict_ns, 1e-6);
     if (report.publish_ns.count() > 0) {

@@ -28,7 +28,7 @@ double to_s(std::uint64_t ns) {
 
 /// What a step that begins now may cost.
 dynamics::Budget budget_of(double period_s, const std::atomic<bool>& stop) {
-  dynamics::Budget budget{.iterations = kMaxIterations, .stop = &stop};
+  dynamics::Budget budget{.stop = &stop};
   budget.end_within(realtime::to_ns(kStepShare * period_s));
   return budget;
 }
@@ -55,8 +55,8 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
   while (simulation.world().time_s < end_s - 1e-9 && !stop) {
     const double step_s = scene.period_s * (1.0 + spread(random));
     const std::uint64_t began_ns = realtime::monotonic_ns();
-    const dynamics::StepReport step = simulation.step(
-        step_s, [] { return std::nullopt; }, {.iterations = kMaxIterations, .stop = &stop});
+    const dynamics::StepReport step =
+        simulation.step(step_s, [] { return std::nullopt; }, {.stop = &stop});
     if (step.stopped) return;
     count_step(report, step);
     report.step_ns.record(realtime::monotonic_ns() - began_ns);
@@ -154,8 +154,8 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peers.wait(&Header::lockstep_sample_ns, snapshot.sample_ns + 1)) break;
     if (!options.duration_s && peers.have_ended()) break;
-    const dynamics::StepReport step = simulation.step(
-        to_s(snapshot.step_ns), take_tools, {.iterations = kMaxIterations, .stop = &stop});
+    const dynamics::StepReport step =
+        simulation.step(to_s(snapshot.step_ns), take_tools, {.stop = &stop});
     if (step.stopped) break;
     // The hands tick on meanwhile; the predictions for the others take the place of this one.
     publication::SnapshotPrediction prediction;

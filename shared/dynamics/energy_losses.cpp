@@ -16,21 +16,6 @@ Eigen::Vector3d lane_of(const RowFloats (&v)[3], std::size_t lane) {
   return {v[0][lane], v[1][lane], v[2][lane]};
 }
 
-Description dampers_of(const Description& description) {
-  Description dampers;
-  dampers.nodes = description.nodes;
-  dampers.rigid_bodies = description.rigid_bodies;
-  for (Description::Spring spring : description.springs) {
-    spring.stiffness_N_per_m = 0.0;
-    if (spring.damping_N_s_per_m > 0.0) dampers.springs.push_back(spring);
-  }
-  for (Description::Joint joint : description.joints) {
-    joint.stiffness_N_per_m = 0.0;
-    if (joint.damping_N_s_per_m > 0.0) dampers.joints.push_back(joint);
-  }
-  return dampers;
-}
-
 /// Velocity of one side of a contact at its point. sign: +1 for side a, -1 for side b.
 Eigen::Vector3d side_velocity_m_s(const RowList& list, const ContactBodies& bodies, SideKind kind,
                                   std::size_t side, std::size_t row, std::size_t lane, int sign) {
@@ -100,6 +85,21 @@ EnergyLosses contact_losses(const ContactRow& row, const RowPlace& place, std::s
 }
 
 }  // namespace
+
+Description dampers_of(const Description& description) {
+  Description dampers;
+  dampers.nodes = description.nodes;
+  dampers.rigid_bodies = description.rigid_bodies;
+  for (Description::Spring spring : description.springs) {
+    spring.stiffness_N_per_m = 0.0;
+    if (spring.damping_N_s_per_m > 0.0) dampers.springs.push_back(spring);
+  }
+  for (Description::Joint joint : description.joints) {
+    joint.stiffness_N_per_m = 0.0;
+    if (joint.damping_N_s_per_m > 0.0) dampers.joints.push_back(joint);
+  }
+  return dampers;
+}
 
 EnergyLosses& EnergyLosses::operator+=(const EnergyLosses& more) {
   spring_damping_J += more.spring_damping_J;

@@ -23,6 +23,10 @@ struct EnergyLosses {
   EnergyLosses& operator+=(const EnergyLosses& more);
 };
 
+/// Returns the scene without stiffnesses, with the springs and joints that have dampers. It has no
+/// spheres.
+[[nodiscard]] Description dampers_of(const Description& description);
+
 /// Measures the losses by dampers, contacts and friction in a substep. All forces act along the
 /// mean of the velocities at both ends, as position Verlet moves bodies. The sum is exact but for
 /// the rounding of floats and the curvature of paths.

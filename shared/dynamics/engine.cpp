@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/dynamics/implicit_step.hpp"
+#include "shared/dynamics/coupled_step.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 #include "shared/realtime/flush_denormals.hpp"
 
@@ -68,8 +68,7 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   appeared_.resize(driven_.size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
-  if (method.kind == Method::kImplicitEuler)
-    implicit_ = std::make_unique<ImplicitStep>(description_, method.tolerance_m_s);
+  if (method.make != nullptr) coupled_ = method.make(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
   bodies_.changed.reserve(movers);
@@ -204,8 +203,8 @@ void Engine::advance(double tick_s, int given_substeps) {
   for (std::size_t k = 0; k < driven_.size(); ++k)
     if (appeared_[k] != 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
-  if (implicit_)
-    implicit_tick(tick_s);
+  if (coupled_)
+    coupled_tick(tick_s);
   else
     divided_tick(tick_s, given_substeps);
 }

@@ -25,7 +25,7 @@
 
 namespace stillgrid::dynamics {
 
-class ImplicitStep;
+class CoupledStep;
 
 /// A tick of physics: the period of the haptic loop.
 inline constexpr double kTick_s = 1e-3;
@@ -40,20 +40,11 @@ struct DrivenPose {
   bool is_here = true;                                     // false: it is away and never touches
 };
 
-/// Impulse of all contacts and joints on a driven body in a tick, in the frame of the world.
-struct DrivenReaction {
-  Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d moment_N_m_s = Eigen::Vector3d::Zero();       // about the body's position
-  Eigen::Vector3d rigid_impulse_N_s = Eigen::Vector3d::Zero();  // part of them by driven bodies
-  Eigen::Vector3d rigid_moment_N_m_s = Eigen::Vector3d::Zero();
-  /// Energy of contacts in which the body appeared, less those from which it disappeared.
-  double brought_J = 0.0;
-};
-
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
 ///
-/// A tick is divided into substeps. A substep is one step of position Verlet. Contacts, friction
-/// and their impulses on bodies are solved implicitly at its middle.
+/// Small steps divide a tick into substeps. A substep is one step of position Verlet.
+/// Contacts, friction and their impulses on bodies are solved implicitly at its middle. An
+/// EngineMethod may advance the whole scene at once instead, in one CoupledStep or in parts.
 ///
 /// The result of step() depends on the state, the driven poses and the Description alone. It reads
 /// no clock, and its results are equal to the bit on every run and every instruction set.
@@ -76,7 +67,7 @@ class Engine {
   /// Shares the work of later ticks. Pre: sharing outlives the engine.
   void share_work(const WorkSharing& sharing) { live_.sharing = &sharing; }
 
-  /// Once stop is true, a tick by implicit Euler ends at its next iteration. The state is then to
+  /// Once stop is true, a tick by a CoupledStep ends at its next iteration. The state is then to
   /// be set anew. Pre: stop outlives the engine, or is null.
   void stop_at(const std::atomic<bool>* stop) { stop_ = stop; }
 
@@ -100,7 +91,7 @@ class Engine {
   /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
   /// where spheres meet at high speed.
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
-  /// Figures of the last tick by implicit Euler.
+  /// Figures of the last tick by a CoupledStep.
   [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
@@ -149,10 +140,10 @@ class Engine {
   [[nodiscard]] double energy_of_contacts_J(const ContactListing& listing, int rigid) const;
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
-  void implicit_tick(double tick_s);
+  void coupled_tick(double tick_s);
   [[nodiscard]] bool solve_part(double part_s);
-  void note_implicit_reactions();
-  void implicit_part(double part_s, int halvings);
+  void note_coupled_reactions();
+  void coupled_part(double part_s, int halvings);
   void wake_all();
   void adopt_sleep();
   void wake_touched(double tick_s);
@@ -207,7 +198,7 @@ class Engine {
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;
   JointBound joint_bound_;
-  std::unique_ptr<ImplicitStep> implicit_;  // the method, if it is implicit
+  std::unique_ptr<CoupledStep> coupled_;  // null: small steps
   SolveFigures solve_;
   const std::atomic<bool>* stop_ = nullptr;
   SceneState ahead_;  // scratch

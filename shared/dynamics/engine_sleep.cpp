@@ -1,9 +1,9 @@
 // What sleep saves in an engine, and how driven bodies wake.
 #include <algorithm>
 
+#include "shared/dynamics/coupled_step.hpp"
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/field_geometry.hpp"
-#include "shared/dynamics/implicit_step.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
@@ -20,20 +20,14 @@ void Engine::adopt_sleep() {
   is_still_known_ = false;
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   springs_.leave_out(sleep_.nodes());
-  if (implicit_) implicit_->leave_out(sleep_);
+  if (coupled_) coupled_->leave_out(sleep_);
   awake_nodes_.clear();
   for (std::size_t i = 0; i < sleep_.nodes().size(); ++i) {
     if (sleep_.nodes()[i] != 0) continue;
     if (awake_nodes_.empty() || awake_nodes_.back().second != i) awake_nodes_.emplace_back(i, i);
     awake_nodes_.back().second = i + 1;
   }
-  awake_joints_.clear();
-  const auto sleeps = [&](const Description::JointEnd& end) {
-    return end.node >= 0 ? sleep_.nodes()[at(end.node)] != 0
-                         : end.rigid >= 0 && sleep_.rigid_bodies()[at(end.rigid)] != 0;
-  };
-  for (const Description::Joint& joint : description_.joints)
-    if (!sleeps(joint.a) && !sleeps(joint.b)) awake_joints_.push_back(joint);
+  find_awake_joints(description_, sleep_, awake_joints_);
 }
 
 /// An island that wakes may touch another one, once its contacts are listed.

@@ -79,10 +79,13 @@ void ImplicitContacts::start(const ImplicitPoses& poses, const ContactListing& l
     for (std::size_t row = group.first; row < group.end; ++row)
       for (std::size_t lane = 0; lane < kRowLanes; ++lane)
         if (listing.rows().rows[row].mover_a[lane] != world) add_lane(listing, group, row, lane);
-  for (std::size_t k = 0; k < touches_.size(); ++k) {
-    touches_[k].line_m = start_line_m(touches_[k]);
-    turn_stretch(touches_[k], couplings_[k], poses);
-  }
+  for (Touch& touch : touches_) touch.line_m = start_line_m(touch);
+}
+
+void ImplicitContacts::move(const ImplicitPoses& poses) {
+  for (const std::size_t s : awake_) after_m_[s] = poses.after_m(description_.spheres[s]);
+  for (std::size_t f = 0; f < field_after_.size(); ++f)
+    field_after_[f] = field_pose(description_.fields[f], poses.to());
 }
 
 /// The direction times the change of the distance is the change of the line along it.
@@ -115,9 +118,7 @@ ImplicitContacts::Line ImplicitContacts::line_of(const Touch& touch) const {
 }
 
 void ImplicitContacts::evaluate(const ImplicitPoses& poses, const Motions& velocities) {
-  for (const std::size_t s : awake_) after_m_[s] = poses.after_m(description_.spheres[s]);
-  for (std::size_t f = 0; f < field_after_.size(); ++f)
-    field_after_[f] = field_pose(description_.fields[f], poses.to());
+  move(poses);
   for (std::size_t k = 0; k < touches_.size(); ++k)
     evaluate(touches_[k], couplings_[k], poses, velocities);
 }

@@ -18,6 +18,8 @@ namespace stillgrid::dynamics {
 /// force times change of depth. Friction is a spring that slides at Coulomb's limit, or
 /// viscous for a tool. A distance field is evaluated at the end of the step, as a tangent sphere.
 ///
+/// The same law at an instant is for methods that integrate it: see evaluate_instant().
+///
 /// Thread: one. Memory is kept from step to step.
 class ImplicitContacts {
  public:
@@ -27,6 +29,20 @@ class ImplicitContacts {
   void leave_out(std::span<const std::uint8_t> sleeping_spheres);
   /// Reads all lanes of the listing. Realtime: allocates where there are more than ever before.
   void start(const ImplicitPoses& poses, const ContactListing& listing);
+  /// Turns the stretches of friction with their bodies, by half of the step.
+  void turn_stretches(const ImplicitPoses& poses);
+  /// Places spheres and fields at the end of the step.
+  void move(const ImplicitPoses& poses);
+  /// Writes the stretches of friction at the start, m: one column for each contact.
+  void write_stretches(Eigen::Ref<Eigen::Matrix3Xd> stretches_m) const;
+  /// Computes the forces at an instant, as impulses of one second, where the step would end at it.
+  /// Writes the velocities of stretches, and adds the losses of one second in J. Friction is a
+  /// spring with a damper, in line with a slider at Coulomb's limit. While the slider moves, the
+  /// damper sets the velocity of the spring. The damper is at least 10 us times the stiffness.
+  /// Realtime: yes.
+  void evaluate_instant(const ImplicitPoses& poses, const Motions& velocities,
+                        const Eigen::Ref<const Eigen::Matrix3Xd>& stretches_m,
+                        Eigen::Ref<Eigen::Matrix3Xd> rates_m_s, EnergyLosses& powers);
   /// Computes impulses and slopes for a step that ends at these poses.
   void evaluate(const ImplicitPoses& poses, const Motions& velocities);
   /// Predicts directions of friction after this change of velocities.
@@ -79,6 +95,11 @@ class ImplicitContacts {
                 std::size_t lane);
   static void turn_stretch(Touch& touch, const Coupling& coupling, const ImplicitPoses& poses);
   [[nodiscard]] Line line_of(const Touch& touch) const;
+  void set_arms_at_end(const Touch& touch, Coupling& coupling, const Line& line,
+                       const ImplicitPoses& poses) const;
+  void evaluate_instant(Touch& touch, Coupling& coupling, const ImplicitPoses& poses,
+                        const Motions& velocities, Eigen::Ref<Eigen::Vector3d> rate_m_s,
+                        EnergyLosses& powers) const;
   [[nodiscard]] Eigen::Vector3d start_line_m(const Touch& touch) const;
   void set_arms(const Touch& touch, Coupling& coupling, const Line& line,
                 const ImplicitPoses& poses) const;

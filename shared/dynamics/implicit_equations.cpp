@@ -31,20 +31,20 @@ void ImplicitStep::collect_active() {
   add(contacts_.couplings());
 }
 
-/// Computes impulses, the residual and all slopes at the trial velocities.
 void ImplicitStep::evaluate() {
   const double h = poses_.step_s();
   poses_.move(velocities_, awake_);
-  each_awake(awake_, [&](std::size_t i) { impulses_[i] = Vector4(); });
+  each_awake(awake_, [&](std::size_t i) { impulses_[i] = driven_impulses_[i] = Vector4(); });
   springs_.add_impulses(poses_.to().node_position_m, h, impulses_);
   evaluate_joints(description_, poses_, velocities_, joints_);
   contacts_.evaluate(poses_, velocities_);
   collect_active();
-  for (const Coupling* const active : active_) {
-    const Coupling& coupling = *active;
-    add_impulse(coupling.a, coupling.impulse_N_s, poses_, impulses_);
-    add_impulse(coupling.b, -coupling.impulse_N_s, poses_, impulses_);
+  for (const Coupling& joint : joints_) {
+    if (!joint.is_active) continue;
+    add_impulse(joint.a, joint.impulse_N_s, poses_, impulses_);
+    add_impulse(joint.b, -joint.impulse_N_s, poses_, impulses_);
   }
+  add_contact_impulses();
   const Vector4 falls = h * Vector4(description_.gravity_m_s2);
   for (const std::size_t i : nodes_)
     residual_[i] = description_.nodes[i].mass_kg *
@@ -114,7 +114,6 @@ void ImplicitStep::precondition(const Motions& r, Motions& out) const {
   }
 }
 
-/// Of a rotation: the speed at the body's farthest point.
 double ImplicitStep::residual_m_s() const {
   double sum = 0.0;
   for (const std::size_t i : nodes_)

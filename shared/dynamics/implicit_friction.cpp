@@ -37,6 +37,10 @@ void ImplicitContacts::turn_stretch(Touch& touch, const Coupling& coupling,
     touch.stretch_m = std::min(2.0, length / is) * (rotation_by(turn_rad * normal) * tilted);
 }
 
+void ImplicitContacts::turn_stretches(const ImplicitPoses& poses) {
+  for (std::size_t k = 0; k < touches_.size(); ++k) turn_stretch(touches_[k], couplings_[k], poses);
+}
+
 /// Linearises both sides of aim |slip| = slip, where friction is at its limit.
 void ImplicitContacts::aim_friction(const ImplicitPoses& poses, const Motions& change) {
   for (std::size_t k = 0; k < touches_.size(); ++k) {

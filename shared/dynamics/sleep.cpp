@@ -278,4 +278,16 @@ bool Sleep::wake_touched(const SceneState& state, const ContactListing& listing,
   return woke;
 }
 
+void find_awake_joints(const Description& description, const Sleep& sleep,
+                       std::vector<Description::Joint>& joints) {
+  joints.clear();
+  const auto sleeps = [&](const Description::JointEnd& end) {
+    return end.node >= 0
+               ? sleep.nodes()[static_cast<std::size_t>(end.node)] != 0
+               : end.rigid >= 0 && sleep.rigid_bodies()[static_cast<std::size_t>(end.rigid)] != 0;
+  };
+  for (const Description::Joint& joint : description.joints)
+    if (!sleeps(joint.a) && !sleeps(joint.b)) joints.push_back(joint);
+}
+
 }  // namespace stillgrid::dynamics

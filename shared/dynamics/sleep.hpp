@@ -91,4 +91,9 @@ class Sleep {
   double loss_J_ = 0.0;
 };
 
+/// Writes the joints of which neither end sleeps. Realtime: allocates while there are more than
+/// ever before.
+void find_awake_joints(const Description& description, const Sleep& sleep,
+                       std::vector<Description::Joint>& joints);
+
 }  // namespace stillgrid::dynamics

@@ -106,13 +106,8 @@ Friction sticking_friction(const collision::ContactMaterial& material, double no
 
 }  // namespace
 
-Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share) {
-  if (step_share == 1.0) return contact.position_b_m;  // without rounding
-  return contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
-}
-
-SideMotion kinematic_side(const Contact& contact, double step_share) {
-  return {kinematic_position_m(contact, step_share), contact.velocity_b_m_s, contact.spin_b_rad_s};
+SideMotion kinematic_side(const Contact& contact) {
+  return {contact.position_b_m, contact.velocity_b_m_s, contact.spin_b_rad_s};
 }
 
 ContactMotion relative_motion(const Contact& contact, const SideMotion& a, const SideMotion& b) {

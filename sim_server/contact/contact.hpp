@@ -32,9 +32,6 @@ struct Contact {
   double plane_offset_m = 0.0;
 };
 
-/// Where the given sphere of a contact is when this share of the step is over.
-[[nodiscard]] Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share);
-
 /// What sticking friction goes by: how it was stretched as the step began, of a seen from b, and
 /// the time since, in which the points of contact are taken to have slid as they do at its end.
 struct Sticking {
@@ -59,8 +56,8 @@ struct SideMotion {
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
 };
 
-/// The given side of a contact when this share of the step is over. Pre: contact.b is -1.
-[[nodiscard]] SideMotion kinematic_side(const Contact& contact, double step_share);
+/// The given side of a contact at the end of the step. Pre: contact.b is -1.
+[[nodiscard]] SideMotion kinematic_side(const Contact& contact);
 
 [[nodiscard]] ContactMotion relative_motion(const Contact& contact, const SideMotion& a,
                                             const SideMotion& b);

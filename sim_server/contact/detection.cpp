@@ -6,13 +6,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "shared/collision/grid_query.hpp"
-
 namespace stillgrid::contact {
 namespace {
 
-/// Half of a path that only a state that is lost takes, and whose square is still a float's.
-constexpr float kLost_m = 1e13F;
 /// Squares whose roots are within a float's range, by far.
 constexpr double kLarge = 1e60;
 
@@ -64,10 +60,7 @@ Detection::Detection(const bodies::World& world, double voxel_ratio)
       moving_(world.spheres.size(), static_cast<float>(voxel_ratio),
               groups_of(world, all_spheres(world))),
       static_(0, world.static_spheres.size()),
-      motion_(world.spheres.size()),
-      paths_(world.spheres.size()),
-      is_wide_(world.spheres.size(), 0),
-      fields_(world.fields.size()) {
+      motion_(world.spheres.size()) {
   static_.enter(static_bounds(world),
                 voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStaticRatio);
   for (const bodies::SphereBinding& sphere : world.spheres)
@@ -88,9 +81,6 @@ void Detection::note_sleep(const bodies::World& world) {
     moves_[i] = !is_sleeping &&
                 (is_free(i) ||
                  bodies::is_moved(world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)]));
-    const Eigen::Vector3d& at_m = motion_[i].position_m;
-    if (!moves(i))
-      paths_[i] = collision::bound_sweep(at_m, at_m, (1.0 + kMargin) * sphere.radius_m);
   }
 }
 
@@ -104,201 +94,6 @@ void Detection::move_spheres(const bodies::World& world) {
     if (position_m.squaredNorm() + velocity_m_s.squaredNorm() < kLarge) continue;
     if (!position_m.cast<float>().allFinite() || !velocity_m_s.cast<float>().allFinite())
       refuse(world, i, motion_[i]);
-  }
-}
-
-bool Detection::find_contacts(const bodies::World& world, double step_s, bool must) {
-  step_s_ = step_s;
-  if (is_any_wide_) is_wide_.assign(paths_.size(), 0);
-  is_any_wide_ = false;
-  bound_sweeps(world, step_s);
-  fields_.take(world, step_s);
-  return list(world, must);
-}
-
-/// The contacts of the ways as they are bounded.
-bool Detection::list(const bodies::World& world, bool must) {
-  contacts_.clear();
-  if (add_pairs(world, must)) {
-    add_given(world);
-    add_fields(world);
-    if (contacts_.size() <= most_contacts(world.spheres.size()) || must || !is_any_fast(world))
-      return true;
-  }
-  contacts_.clear();
-  return false;
-}
-
-/// Whether something that moves goes farther within the step than its radius.
-bool Detection::is_any_fast(const bodies::World& world) const {
-  for (std::size_t i = 0; i < paths_.size(); ++i)
-    if (moves(i) && is_fast(paths_[i], world.spheres[i].radius_m)) return true;
-  return false;
-}
-
-void Detection::bound_sweeps(const bodies::World& world, double step_s) {
-  move_spheres(world);
-  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-    if (!moves(i)) continue;
-    paths_[i] = way_bound(world, world.spheres[i], motion_[i], step_s);
-    if (!(paths_[i].bounding_radius_m < kLost_m)) refuse(world, i, motion_[i]);
-  }
-}
-
-bool Detection::has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
-                            double radius_m) const {
-  if (!moves(sphere) || !is_free(sphere)) return false;
-  const auto& [c, bounding_radius_m] = paths_[sphere];
-  // The path's radius has the radius and its slack in it.
-  const double within_m = bounding_radius_m - radius_m;
-  return (end.position_m - Eigen::Vector3d(c[0], c[1], c[2])).squaredNorm() > within_m * within_m;
-}
-
-bool Detection::strayed(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-                        std::span<const bodies::RigidBody> end_bodies) const {
-  for (std::size_t i = 0; i < end.size(); ++i)
-    if (has_strayed(i, end[i], world.spheres[i].radius_m)) return true;
-  for (std::size_t i = 0; i < fields_.size(); ++i)
-    if (fields_.has_strayed(world, i, end_bodies)) return true;
-  return false;
-}
-
-bool Detection::widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-                      std::span<const bodies::RigidBody> end_bodies, bool must) {
-  paths_before_ = paths_;
-  fields_before_.assign(fields_.begin(), fields_.end());
-  fields_.widen(world, end_bodies);
-  for (std::size_t i = 0; i < end.size(); ++i) {
-    const double radius_m = world.spheres[i].radius_m;
-    if (!has_strayed(i, end[i], radius_m)) continue;
-    const auto& [c, bounding_radius_m] = paths_[i];
-    const Eigen::Vector3d centre_m(c[0], c[1], c[2]), away_m = end[i].position_m - centre_m;
-    const double far_m = away_m.norm(), before_m = bounding_radius_m;
-    const double beyond_m = far_m + (1.0 + kMargin) * radius_m;  // farther than before_m
-    const double wide_m = 0.5 * (before_m + beyond_m);
-    const Eigen::Vector3d middle_m = centre_m + (wide_m - before_m) / far_m * away_m;
-    paths_[i] = collision::bound_sphere(middle_m, wide_m);
-    if (!(paths_[i].bounding_radius_m < kLost_m)) refuse(world, i, end[i]);
-    is_wide_[i] = 1;
-    is_any_wide_ = true;
-  }
-  return list(world, must);
-}
-
-bool Detection::has_missed(const bodies::World& world, const Ways& ways) const {
-  const auto is_wide = [&](int number) {
-    if (number < 0) return false;
-    const auto i = static_cast<std::size_t>(number);
-    return i < is_wide_.size() ? is_wide_[i] != 0 : fields_[i - is_wide_.size()].is_wide;
-  };
-  return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& contact) {
-    return (is_wide(contact.a) || is_wide(contact.b)) && !was_listed(world, contact) &&
-           meet(contact, ways);
-  });
-}
-
-/// Whether it was a contact for certain before ways were widened.
-bool Detection::was_listed(const bodies::World& world, const Contact& contact) const {
-  const bool is_met = bodies::is_field(world, contact.a);  // and by what is given
-  if (is_met || bodies::is_field(world, contact.b)) {
-    const auto field = static_cast<std::size_t>(is_met ? contact.a : contact.b) - paths_.size();
-    return FieldWays::may_meet(
-        world, field, fields_before_[field],
-        is_met ? collision::bound_sweep(contact.start_b_m, contact.position_b_m, contact.radius_b_m)
-               : paths_before_[static_cast<std::size_t>(contact.a)]);
-  }
-  const auto a = static_cast<std::uint32_t>(contact.a);
-  const collision::SweptBound& before = paths_before_[a];
-  if (contact.is_plane)
-    return may_touch(world, world.planes[static_cast<std::size_t>(contact.other)],
-                     {a, motion_[a], before}, step_s_);
-  collision::SweptBound other =
-      contact.b >= 0
-          ? paths_before_[static_cast<std::size_t>(contact.b)]
-          : collision::bound_sweep(contact.start_b_m, contact.position_b_m, contact.radius_b_m);
-  other.bounding_radius_m *= 1.0F - 1e-5F;  // more than any test of bounds rounds
-  return collision::meet(before, other);
-}
-
-/// False where there would be too many.
-bool Detection::add_pairs(const bodies::World& world, bool must) {
-  const auto may = [&](std::uint32_t i, std::uint32_t j) { return may_collide(world, i, j); };
-  auto found = moving_.find_at_most(paths_, may, most_pairs(world.spheres.size()));
-  if (!found || found->size() > most_contacts(world.spheres.size())) {
-    if (!must && is_any_fast(world)) return false;
-    found = moving_.find(paths_, may);
-  }
-  for (const auto& [i, j] : *found)
-    if (moves(i) || moves(j)) add_pair(world, mover(i), mover(j), contacts_);
-  return true;
-}
-
-/// Contacts with what is static.
-void Detection::add_given(const bodies::World& world) {
-  const auto each = [&](auto&& add) {
-    for (std::uint32_t i = 0; i < world.spheres.size(); ++i)
-      if (is_free(i) && moves(i)) add(mover(i));
-  };
-  if (!world.static_spheres.empty())
-    each([&](const Mover& a) {
-      if (!world.spheres[a.number].is_field_point) add_static(world, static_, a, contacts_);
-    });
-  for (const bodies::StaticPlane& plane : world.planes)
-    each([&](const Mover& a) {
-      const auto& [c, bounding_radius_m] = a.way;
-      const Eigen::Vector3d centre_m(c[0], c[1], c[2]);
-      const bool is_near = is_wide_[a.number] != 0 &&
-                           bodies::may_collide(world, world.spheres[a.number].body, plane.body) &&
-                           plane.normal.dot(centre_m) - plane.offset_m <= double{bounding_radius_m};
-      if (is_near || may_touch(world, plane, a, step_s_)) add_plane(world, plane, a, contacts_);
-    });
-}
-
-/// Contacts of fields with spheres, moving and static.
-void Detection::add_fields(const bodies::World& world) {
-  for (std::size_t field = 0; field < fields_.size(); ++field) {
-    const FieldWay& way = fields_[field];
-    find_ascending(moving_.grid(), way.ball, met_);
-    for (const std::uint32_t i : met_)
-      if (world.spheres[i].body != world.fields[field].body && (is_free(i) || way.is_free) &&
-          (moves(i) || way.moves) &&
-          bodies::may_collide(world, world.spheres[i].body, world.fields[field].body) &&
-          fields_.may_meet(world, field, paths_[i]))
-        fields_.add_sphere(world, field, mover(i), contacts_);
-    if (way.is_free && way.moves && !world.static_spheres.empty())
-      fields_.add_static(world, field, static_, met_, contacts_);
-  }
-}
-
-void Detection::find_tool_contacts(const bodies::World& world,
-                                   const std::vector<ToolSphereMotion>& tool) {
-  while (!contacts_.empty() && contacts_.back().is_tool) contacts_.pop_back();
-  for (std::size_t number = 0; number < tool.size(); ++number) {
-    const collision::SweptBound way = bound_of(tool[number]);
-    find_ascending(moving_.grid(), way, met_);
-    for (const std::uint32_t i : met_)
-      if (is_free(i) && !world.spheres[i].is_field_point && collision::meet(paths_[i], way))
-        add_tool(world, mover(i), tool[number], static_cast<int>(number), contacts_);
-    for (std::size_t field = 0; field < fields_.size(); ++field)
-      if (fields_[field].is_free)
-        fields_.add_tool(world, field, tool[number], way, static_cast<int>(number), contacts_);
-  }
-}
-
-void Detection::find_led_contacts(const bodies::World& world,
-                                  const std::vector<ToolSphereMotion>& tool,
-                                  std::vector<Contact>& contacts) {
-  contacts.clear();
-  for (std::size_t number = 0; number < tool.size(); ++number) {
-    const collision::SweptBound way = bound_of(tool[number]);
-    find_ascending(moving_.grid(), way, met_);
-    for (const std::uint32_t i : met_)
-      if (!is_free(i) && moves(i) && !world.spheres[i].is_field_point &&
-          collision::meet(paths_[i], way))
-        add_tool(world, mover(i), tool[number], static_cast<int>(number), contacts);
-    for (std::size_t field = 0; field < fields_.size(); ++field)
-      if (!fields_[field].is_free && fields_[field].moves)
-        fields_.add_tool(world, field, tool[number], way, static_cast<int>(number), contacts);
   }
 }
 

@@ -8,71 +8,36 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/contact.hpp"
 #include "sim_server/contact/contact_making.hpp"
-#include "sim_server/contact/crossing.hpp"
-#include "sim_server/contact/field_ways.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
 namespace stillgrid::contact {
 
-/// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: static spheres are entered in a
-/// voxel grid once, moving ones when they have moved far; the tool is checked last and never
-/// entered. Paths count, not places: two spheres that pass through each other within a step are
-/// found. Fields are few and stand beside the grids: each looks for the spheres near it there.
+/// The spheres of a world as the paper's collision detection has them [Davanne 2002, Figs. 2 and
+/// 3]: static spheres are entered in a voxel grid once, moving ones when they have moved far. The
+/// tool is never entered.
 class Detection {
  public:
   /// voxel_ratio: edge of a voxel over twice the reach of the spheres' swept bounds; none or
-  /// negative: chosen from the scene.
+  /// negative: chosen from the scene. Throws as move_spheres().
   Detection(const bodies::World& world, double voxel_ratio);
 
-  /// Makes contacts() every pair of spheres, and of spheres and planes or fields, that may touch
-  /// within a step of step_s, each once. Throws std::domain_error, naming body and sphere, where a
-  /// sphere's place is no number. Pre: `world` has the bodies that the constructor saw.
-  ///
-  /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
-  /// something goes farther than its radius: what is that fast gathers all along its path, and a
-  /// shorter step takes less memory. A call that `must` find them lists however many there are.
-  bool find_contacts(const bodies::World& world, double step_s, bool must = false);
-
   /// Takes note of who is sleeping: such bodies stay where they are, without work, and have
-  /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
+  /// contacts only with what moves. Call it when that changed. Throws as
+  /// move_spheres().
   void note_sleep(const bodies::World& world);
 
-  /// Whether a sphere or a field that is free ends elsewhere than on the way that contacts were
-  /// found for, so that it may have met what contacts() does not list. end: of all spheres;
-  /// end_bodies: as World::rigid_bodies.
-  [[nodiscard]] bool strayed(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-                             std::span<const bodies::RigidBody> end_bodies) const;
-  /// Finds the contacts of the last find_contacts() anew, and more: the ways of spheres that
-  /// strayed are wide enough now for both. The tool's are left to find_tool_contacts(). False, and
-  /// there are none, as find_contacts().
-  bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-             std::span<const bodies::RigidBody> end_bodies, bool must);
-  /// Whether what strayed meets on its way what was no contact before the last widen().
-  [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways) const;
-
-  /// Appends the contacts of the tool with the moving spheres and fields, in place of those of an
-  /// earlier call. After find_contacts() of the same step.
-  void find_tool_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool);
-
-  /// The tool's contacts with what a prescribed motion leads, which no step needs: neither side
-  /// feels them. After find_contacts() of the same step.
-  void find_led_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool,
-                         std::vector<Contact>& contacts);
-
-  /// Takes where the spheres of the world are, for motions(). Throws as find_contacts().
+  /// Takes where the spheres of the world are, for motions(). Throws std::domain_error, naming body
+  /// and sphere, where a place is no number. Pre: `world` has the bodies that the constructor saw.
   void move_spheres(const bodies::World& world);
 
   /// The moving spheres, in a grid whose records are the owner's to write.
   [[nodiscard]] MovingSpheres& spheres() noexcept { return moving_; }
   [[nodiscard]] const MovingSpheres& spheres() const noexcept { return moving_; }
 
-  /// Of each moving sphere, as the last find_contacts() or move_spheres() saw it.
+  /// Of each moving sphere, as the last move_spheres() saw it.
   [[nodiscard]] std::span<const bodies::SphereMotion> motions() const noexcept { return motion_; }
-
-  [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
 
   /// The spheres that never move, as World::static_spheres.
   [[nodiscard]] const collision::VoxelGrid& static_grid() const noexcept { return static_; }
@@ -88,36 +53,13 @@ class Detection {
            self_collision_.may_collide(world.spheres[i], world.spheres[j]);
   }
 
-  /// Pairs of moving spheres that memory was taken for.
-  [[nodiscard]] std::size_t room_for_pairs() const noexcept { return moving_.room_for_pairs(); }
-
  private:
-  void bound_sweeps(const bodies::World& world, double step_s);
-  [[nodiscard]] bool list(const bodies::World& world, bool must);
-  [[nodiscard]] bool has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
-                                 double radius_m) const;
-  [[nodiscard]] bool was_listed(const bodies::World& world, const Contact& contact) const;
-  [[nodiscard]] bool is_any_fast(const bodies::World& world) const;
-  [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
-  void add_given(const bodies::World& world);
-  void add_fields(const bodies::World& world);
-  [[nodiscard]] Mover mover(std::uint32_t i) const { return {i, motion_[i], paths_[i]}; }
-
   SelfCollision self_collision_;
   MovingSpheres moving_;
   collision::VoxelGrid static_;
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
   std::vector<std::uint8_t> moves_;    // neither sleeping nor prescribed to stay
   std::vector<bodies::SphereMotion> motion_;
-  std::vector<collision::SweptBound> paths_;         // of each moving sphere in this step
-  std::vector<collision::SweptBound> paths_before_;  // the last widen()
-  std::vector<std::uint8_t> is_wide_;                // of each moving sphere: its way was widened
-  bool is_any_wide_ = false;
-  FieldWays fields_;
-  std::vector<FieldWay> fields_before_;  // the last widen()
-  double step_s_ = 0.0;                  // that contacts were found for
-  std::vector<Contact> contacts_;
-  std::vector<std::uint32_t> met_;  // scratch
 };
 
 }  // namespace stillgrid::contact

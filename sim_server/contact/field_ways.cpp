@@ -40,13 +40,6 @@ double travel_m(const bodies::World& world, const bodies::FieldBody& field,
          turn_rad * farthest_m(field) + kMarginCells * cell_m(field);
 }
 
-/// How far any point has got, at most.
-double moved_m(const bodies::FieldBody& field, const FieldPose& from, const FieldPose& to) {
-  const double cosine = 0.5 * ((from.rotation.transpose() * to.rotation).trace() - 1.0);
-  const double chord = std::sqrt(std::max(0.0, 2.0 - 2.0 * cosine));  // of a unit arm
-  return (to.position_m - from.position_m).norm() + chord * farthest_m(field);
-}
-
 void bound(const bodies::FieldBody& field, FieldWay& way) {
   way.ball = collision::bound_sphere(way.start.position_m + way.start.rotation * centre_m(field),
                                      tangent_radius_m(field) + way.travel_m);
@@ -68,7 +61,6 @@ void FieldWays::take(const bodies::World& world, double step_s) {
     const bodies::FieldBody& field = world.fields[i];
     FieldWay& way = ways_[i];
     way.start = pose_of(field, world.rigid_bodies);
-    way.is_wide = false;
     const bodies::RigidBody* const body = body_of(world, field);
     way.is_free = body != nullptr && body->free;
     way.moves = body != nullptr &&
@@ -76,26 +68,6 @@ void FieldWays::take(const bodies::World& world, double step_s) {
                 (body->free || bodies::is_moved(*body));
     way.travel_m = way.moves ? travel_m(world, field, *body, step_s) : 0.0;
     bound(field, way);
-  }
-}
-
-bool FieldWays::has_strayed(const bodies::World& world, std::size_t field,
-                            std::span<const bodies::RigidBody> end_bodies) const {
-  const FieldWay& way = ways_[field];
-  if (!way.moves || !way.is_free) return false;
-  const bodies::FieldBody& own = world.fields[field];
-  // What is no number has strayed.
-  return !(moved_m(own, way.start, pose_of(own, end_bodies)) <= way.travel_m);
-}
-
-void FieldWays::widen(const bodies::World& world, std::span<const bodies::RigidBody> end_bodies) {
-  for (std::size_t i = 0; i < ways_.size(); ++i) {
-    if (!has_strayed(world, i, end_bodies)) continue;
-    const bodies::FieldBody& field = world.fields[i];
-    ways_[i].travel_m =
-        moved_m(field, ways_[i].start, pose_of(field, end_bodies)) + kMarginCells * cell_m(field);
-    ways_[i].is_wide = true;
-    bound(field, ways_[i]);
   }
 }
 

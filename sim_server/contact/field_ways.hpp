@@ -19,7 +19,6 @@ struct FieldWay {
   double travel_m = 0.0;       // no point of the solid gets farther than this from where it was
   bool is_free = false;        // not prescribed, and not static
   bool moves = false;          // neither sleeping nor static, nor prescribed to stay
-  bool is_wide = false;        // was widened
 };
 
 /// The ways of all fields of a world. Fields are few: they stand outside of grids, and are gone
@@ -30,12 +29,6 @@ class FieldWays {
 
   /// How each may move within step_s.
   void take(const bodies::World& world, double step_s);
-  /// Makes the ways of those wide enough that end elsewhere than on them.
-  void widen(const bodies::World& world, std::span<const bodies::RigidBody> end_bodies);
-  /// Whether it ends elsewhere than on its way.
-  [[nodiscard]] bool has_strayed(const bodies::World& world, std::size_t field,
-                                 std::span<const bodies::RigidBody> end_bodies) const;
-
   [[nodiscard]] const FieldWay& operator[](std::size_t field) const { return ways_[field]; }
   [[nodiscard]] std::size_t size() const noexcept { return ways_.size(); }
   [[nodiscard]] auto begin() const noexcept { return ways_.begin(); }

@@ -7,18 +7,19 @@
 #include <vector>
 
 #include "sim_server/contact/detection.hpp"
+#include "sim_server/contact/field_ways.hpp"
 
 namespace stillgrid::contact {
 
-/// The contacts of a step to come, of some moving spheres: found beside Detection, which is only
-/// read, so that predicting leaves the order of its lists, and by that every sum of the next
-/// step, as it is. Its own lists last from one prediction to the next.
+/// The contacts of a step to come, of some moving spheres. Paths count, not places: two spheres
+/// that pass through each other within the step are found. Fields are few and stand beside the
+/// grids: each looks for the spheres near it there. Lists last from one search to the next.
 class PredictedContacts {
  public:
   /// Makes contacts() what may touch within step_s: the given spheres, ascending, and fields of
-  /// their bodies among themselves, with what is static and, last, with the tool. False, and there
-  /// are none, where these are too many (Detection::find_contacts). Throws std::domain_error at a
-  /// place that is no number. Pre: detection is of this world, and has seen who sleeps.
+  /// their bodies among themselves, with what is static and, last, with the tool. False where these
+  /// would be more than 64 pairs or 16 contacts a sphere and something goes farther than its
+  /// radius. Pre: detection is of this world, and has seen who sleeps.
   bool find(const bodies::World& world, const Detection& detection,
             std::span<const std::uint32_t> spheres, double step_s,
             const std::vector<ToolSphereMotion>& tool);

@@ -9,12 +9,13 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <variant>
 
 #include "sim_server/bodies/sphere_motion.hpp"
-#include "sim_server/contact/detection.hpp"
+#include "sim_server/contact/predicted_contacts.hpp"
 
 namespace stillgrid::contact {
 namespace {
@@ -194,14 +195,16 @@ int other_body(const bodies::World& world, const Contact& contact) {
 
 void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shapes,
                       Warnings& warnings) {
-  Detection detection(world, 0.0);
-  detection.find_contacts(world, 0.0, true);
+  std::vector<std::uint32_t> all(world.spheres.size());
+  std::iota(all.begin(), all.end(), 0U);
+  PredictedContacts contacts;
+  (void)contacts.find(world, Detection(world, 0.0), all, 0.0, {});  // nothing is fast in no time
   struct Overlap {
     double depth_m = 0.0;
     const Contact* contact = nullptr;
   };
   std::map<std::pair<int, int>, Overlap> deepest;  // by body, and the other where it moves
-  for (const Contact& contact : detection.contacts()) {
+  for (const Contact& contact : contacts.contacts()) {
     const double smaller_m =
         contact.is_plane ? contact.radius_a_m : std::min(contact.radius_a_m, contact.radius_b_m);
     if (contact.depth_before_m <= kDeep * smaller_m * (contact.is_plane ? 2.0 : 1.0)) continue;

@@ -1,18 +1,15 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
 namespace stillgrid::dynamics {
-class Integrator;
+struct EngineMethod;
 }  // namespace stillgrid::dynamics
 
 namespace stillgrid::scene {
-
-struct Method;
 
 /// Groups integrators by the keys that a scene file may set beside them.
 enum class IntegratorFamily {
@@ -25,8 +22,8 @@ enum class IntegratorFamily {
 struct IntegratorKind {
   std::string_view name;  // in scene files and reports
   IntegratorFamily family;
-  /// Null for the integrators below, which make_integrator() knows.
-  std::unique_ptr<dynamics::Integrator> (*make)(const Method& method) = nullptr;
+  /// Returns the engine's method. Null for the integrators below, which the simulation knows.
+  dynamics::EngineMethod (*method)(double tolerance_m_s) = nullptr;
 
   static const IntegratorKind kVelocityVerlet;
   static const IntegratorKind kImplicitEuler;  // by Newton's method with conjugate gradients
@@ -69,11 +66,6 @@ struct Method {
 }
 [[nodiscard]] constexpr bool is_implicit(const IntegratorKind& kind) {
   return kind.family == IntegratorFamily::kImplicit;
-}
-
-/// Whether the engine of shared/dynamics has the method.
-[[nodiscard]] constexpr bool is_by_engine(const IntegratorKind& kind) {
-  return kind.make == nullptr && !chooses_steps(kind);
 }
 
 /// "velocity_verlet", "implicit_euler, 4 substeps": for reports.

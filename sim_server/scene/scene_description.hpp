@@ -19,7 +19,7 @@ struct MaterialDescription {
   double contact_stiffness_N_per_m = 0.0;
   double contact_damping_N_s_per_m = 0.0;  // acts while spheres approach
   double friction = 0.0;                   // Coulomb's coefficient
-  double slip_speed_m_s = 1e-3;            // below it friction is viscous (regularised)
+  double slip_speed_m_s = 1e-3;            // below it friction with the tool is viscous
 };
 
 /// One [[joint]]: springs, one a point, between two bodies, or a body and the world.

@@ -33,7 +33,7 @@ bool is_explicit(const LawCase& law_case) {
   return integrator_of(law_case) == "\"velocity_verlet\"";
 }
 
-bool creeps(const LawCase& law_case) {
+bool is_by_cvode(const LawCase& law_case) {
   return integrator_of(law_case) == "\"cvode_bdf\"";
 }
 
@@ -82,9 +82,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     case 9:  // explicit methods do not slow what rolls, nor any what swings across its springs,
              // whose dampers act along them
       return kOfItsMethod;
-    case 10:  // CVODE's friction is viscous below the slip speed
-      if (creeps(law_case)) return kOfItsMethod;
-      break;
     case 11:  // a long step throws a ball elsewhere than a short one does, where another lay
       if (!is_explicit(law_case)) return kOfItsMethod;
       break;
@@ -105,11 +102,11 @@ std::optional<std::string_view> known_violation(const LawCase& law_case, const F
   constexpr double kOneBall = 1.0;
   constexpr double kOfAStep_N = 10.0;  // late or by small steps: 2.7 at most in 1,000 scenes
   constexpr double kOfASwing = 100.0;  // what moves at some mm/s, where 1 is allowed
-  const bool may_move_on = creeps(law_case) || is_explicit(law_case);
+  const bool may_move_on = is_by_cvode(law_case) || is_explicit(law_case);
   if (law_case.law == 9 && !may_move_on && finding.allowed > 0.0 &&
       finding.measured > kOfASwing * finding.allowed)
     return std::nullopt;
-  if (law_case.law == 2 && law_case.transition == "predict" && !creeps(law_case) &&
+  if (law_case.law == 2 && law_case.transition == "predict" && !is_by_cvode(law_case) &&
       finding.measured > kOfAStep_N)
     return std::nullopt;
   constexpr double kMade = 20.0;  // of what is allowed: 15 at most in 1,000 scenes

@@ -204,7 +204,9 @@ Finding nothing_gains_energy(const LawCase& law_case) {
   if (law_case.hand || !law_case.device.empty() ||
       std::any_of(start.rigid_bodies.begin(), start.rigid_bodies.end(), is_kinematic))
     return {.applies = false, .what = "something is led"};
-  const double start_J = dynamics::energies(start, {}).total_J();
+  dynamics::Simulation at_start(scene);
+  at_start.account_energy();
+  const double start_J = at_start.energy_account()->start.total_J();
   double most_kinetic_J = 0.0;
   Finding finding{.what = "J"};
   move_scene(scene, law_case, tool_paths_of(law_case),

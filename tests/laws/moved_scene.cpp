@@ -43,8 +43,7 @@ void move_scene(const scene::SceneDescription& scene, const LawCase& law_case,
     time_s = static_cast<double>(snapshot.state_ns) * 1e-9;
     std::vector<dynamics::TakeTool> take_tools;
     for (const ToolPath& path : paths) take_tools.emplace_back([&] { return path(time_s); });
-    const dynamics::StepReport report =
-        simulation.step(step_s, take_tools, {.iterations = sim_server::kMaxIterations});
+    const dynamics::StepReport report = simulation.step(step_s, take_tools);
     if (!after(simulation, report, time_s)) return;
   }
 }

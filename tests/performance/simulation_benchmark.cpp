@@ -59,12 +59,8 @@ void step_phase(benchmark::State& state, const std::string& scene, Phase phase) 
   state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
 }
 
-void detect(benchmark::State& state, const std::string& scene) {
-  step_phase(state, scene, [](const dynamics::StepReport& report) { return report.detect; });
-}
 void integrate(benchmark::State& state, const std::string& scene) {
-  step_phase(state, scene,
-             [](const dynamics::StepReport& report) { return report.respond + report.integrate; });
+  step_phase(state, scene, [](const dynamics::StepReport& report) { return report.integrate; });
 }
 
 /// 400 blocks of 18 spheres that lie on a floor, and one that a prescribed motion waves above them.
@@ -126,8 +122,8 @@ scene::SceneDescription still_heap(int balls) {
   return scene;
 }
 
-/// What a step of the product does beside moving the world on: finding its contacts, taking the
-/// snapshot, predicting the next step. Nanoseconds a sphere.
+/// What a step of the product does beside moving the world on: taking the snapshot, predicting the
+/// next step. Nanoseconds a sphere.
 void beside_the_motion(benchmark::State& state, const std::string& part) {
   const auto balls = static_cast<int>(state.range(0));
   const scene::SceneDescription scene = still_heap(balls);
@@ -140,10 +136,6 @@ void beside_the_motion(benchmark::State& state, const std::string& part) {
   snapshot::MovingSnapshot snapshot(simulation.world(), detection);
   double sum = 0.0;
   for (auto _ : state) {
-    if (part == "find_contacts") (void)detection.find_contacts(simulation.world(), scene.period_s);
-    if (part == "strayed")
-      sum += detection.strayed(simulation.world(), detection.motions(),
-                               simulation.world().rigid_bodies);
     if (part == "show") snapshot.show(detection);
     if (part == "predict")
       sum += static_cast<double>(simulation.predict_next(scene.period_s).modes.size());
@@ -153,12 +145,6 @@ void beside_the_motion(benchmark::State& state, const std::string& part) {
       benchmark::Counter(1e-9 * static_cast<double>(state.iterations()) * balls,
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK_CAPTURE(beside_the_motion, find_contacts, "find_contacts")
-    ->Name("beside/find_contacts")
-    ->Arg(400)
-    ->Arg(4000)
-    ->Arg(40000);
-BENCHMARK_CAPTURE(beside_the_motion, strayed, "strayed")->Name("beside/strayed")->Arg(40000);
 BENCHMARK_CAPTURE(beside_the_motion, show, "show")->Name("beside/show")->Arg(40000);
 BENCHMARK_CAPTURE(beside_the_motion, predict, "predict")
     ->Name("beside/predict")
@@ -262,18 +248,10 @@ BENCHMARK(swing_cloth)
     ->Arg(100)
     ->Unit(benchmark::kMillisecond);
 
-BENCHMARK_CAPTURE(detect, tissue, "tissue_and_blocks")
-    ->Name("step_detect/tissue_and_blocks")
-    ->UseManualTime()
-    ->Iterations(20);
 BENCHMARK_CAPTURE(integrate, tissue, "tissue_and_blocks")
     ->Name("step_integrate/tissue_and_blocks")
     ->UseManualTime()
     ->Iterations(20);
-BENCHMARK_CAPTURE(detect, threads, "threads")
-    ->Name("step_detect/threads")
-    ->UseManualTime()
-    ->Iterations(50);
 BENCHMARK_CAPTURE(integrate, threads, "threads")
     ->Name("step_integrate/threads")
     ->UseManualTime()

@@ -36,7 +36,7 @@ void MechanicalSystem::add_touch(Candidate& candidate) {
 void MechanicalSystem::place(Touch& touch) const {
   const bodies::FieldBody& field = *touch.field;
   const Eigen::Vector3d other_m =
-      touch.other < 0 ? contact::kinematic_position_m(*touch.contact, step_share_)
+      touch.other < 0 ? touch.contact->position_b_m
                       : trial_.spheres[static_cast<std::size_t>(touch.other)].position_m;
   const contact::FieldPose pose = contact::pose_of(field, trial_.rigid_bodies);
   touch.at = contact::touch_of(field, pose, other_m, touch.radius_m);

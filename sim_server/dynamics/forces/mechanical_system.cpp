@@ -99,9 +99,8 @@ Eigen::VectorXd MechanicalSystem::velocity() const {
 }
 
 void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u,
-                             double time_s, double step_share) {
+                             double time_s) {
   time_s_ = time_s;
-  step_share_ = step_share;
   for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
     bodies::Node& node = trial_.nodes[i];
     if (node.unknown == bodies::kNoUnknown) continue;
@@ -148,36 +147,6 @@ void MechanicalSystem::momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momen
     momentum.segment<3>(body.unknown + 3) =
         bodies::world_inertia_kg_m2(body) * u.segment<3>(body.unknown + 3);
   }
-}
-
-double MechanicalSystem::energy_J() {
-  double energy_J = 0.0;
-  const Eigen::Vector3d& gravity_m_s2 = world_->gravity_m_s2;
-  for (const bodies::Node& node : trial_.nodes)
-    if (node.unknown != bodies::kNoUnknown)
-      energy_J += node.mass_kg *
-                  (0.5 * node.velocity_m_s.squaredNorm() - gravity_m_s2.dot(node.position_m));
-  for (const bodies::RigidBody& body : trial_.rigid_bodies)
-    if (body.unknown != bodies::kNoUnknown)
-      energy_J += bodies::kinetic_energy_J(body) - body.mass_kg * gravity_m_s2.dot(body.position_m);
-  for (const auto springs : springs_)
-    for (const bodies::Spring& spring : springs)
-      energy_J += bodies::spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
-                                          trial_.nodes[static_cast<std::size_t>(spring.b)]);
-  for (const bodies::Joint* joint : joints_)
-    energy_J += bodies::joint_energy_J(*joint, trial_.nodes, trial_.rigid_bodies);
-  find_touching();
-  for (const int index : touching_) {
-    const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
-    const double depth_m = contact::contact_depth_m(contact, motion_of(candidate).position_m);
-    const double scale = candidate.touch < 0
-                             ? 1.0
-                             : touches_[static_cast<std::size_t>(candidate.touch)].at.map_scale;
-    if (depth_m > 0.0)
-      energy_J += 0.5 * scale * contact.material.stiffness_N_per_m * depth_m * depth_m;
-  }
-  return energy_J;
 }
 
 void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
@@ -240,10 +209,9 @@ contact::SideMotion MechanicalSystem::side_of(const Candidate& candidate, int nu
 contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) const {
   const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
   const bool sticks = sticks_ && !contact.is_tool;
-  contact::ContactMotion motion =
-      contact::relative_motion(contact, side_of(candidate, contact.a, sticks),
-                               contact.b >= 0 ? side_of(candidate, contact.b, sticks)
-                                              : contact::kinematic_side(contact, step_share_));
+  contact::ContactMotion motion = contact::relative_motion(
+      contact, side_of(candidate, contact.a, sticks),
+      contact.b >= 0 ? side_of(candidate, contact.b, sticks) : contact::kinematic_side(contact));
   if (sticks) motion.sticking = contact::Sticking{candidate.stretch_m, time_s_};
   motion.start_m = candidate.start_m;
   return motion;
@@ -254,37 +222,6 @@ Eigen::Vector3d MechanicalSystem::press_arm_m(const bodies::SphereBinding& spher
   if (levers_ == Levers::kAtEnd || sphere.rigid < 0) return Eigen::Vector3d::Zero();
   const auto rigid = static_cast<std::size_t>(sphere.rigid);
   return mean_turns_[rigid] * (trial_.rigid_bodies[rigid].orientation * sphere.local_m);
-}
-
-/// Of the body whose sphere it is, since the step began; -1: of what stands.
-Eigen::Vector3d MechanicalSystem::turned_rad_of(int number) const {
-  const int rigid = number < 0 ? -1 : bodies::rigid_of(*world_, number);
-  if (rigid < 0) return Eigen::Vector3d::Zero();
-  return turned_rad_[static_cast<std::size_t>(rigid)];
-}
-
-void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m) {
-  stretches_m.assign(contacts_.size(), Eigen::Vector3d::Zero());
-  trial_.friction_N.assign(contacts_.size(), Eigen::Vector3d::Zero());
-  find_touching();
-  contact::Contact room;
-  for (const int touching : touching_) {
-    const Candidate& candidate = candidates_[static_cast<std::size_t>(touching)];
-    const auto index = static_cast<std::size_t>(candidate.contact);
-    const contact::ContactForce force = contact::contact_force(
-        contact_at(candidate, room), motion_of(candidate), contact_step_s, nullptr);
-    trial_.friction_N[index] = force.friction_N;
-    if (force.stretch_m.isZero(0.0)) continue;
-    // It turns with the two spheres about the line of their centres.
-    const Eigen::Vector3d normal = force.arm_m.normalized();
-    const double turned_rad =
-        0.5 * normal.dot(turned_rad_of(candidate.a) + turned_rad_of(candidate.b));
-    stretches_m[index] = Eigen::AngleAxisd(turned_rad, normal) * force.stretch_m;
-    if (candidate.touch >= 0)
-      stretches_m[index] = contact::stretched_as(
-          stretches_m[index],
-          touches_[static_cast<std::size_t>(candidate.touch)].at.stiffness_scale, 1.0);
-  }
 }
 
 void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd& force) {

@@ -59,10 +59,9 @@ class MechanicalSystem {
   [[nodiscard]] Eigen::VectorXd velocity() const;
 
   /// Places all that is awake `displacement` from where the world has it, with velocities u;
-  /// prescribed bodies where they are time_s later, and given spheres, as the tool's, where a step
-  /// of which this share is over has them. What sticks has slid for time_s.
-  void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s,
-             double step_share = 1.0);
+  /// prescribed bodies where they are time_s later, and given spheres, as the tool's, where the
+  /// contacts have them. What sticks has slid for time_s.
+  void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s);
 
   /// M(q) u where all was placed last. Pre: not the same.
   void momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momentum) const;
@@ -70,15 +69,6 @@ class MechanicalSystem {
   /// Forces and torques where all was placed last: gravity, springs, joints, contacts.
   /// contact_step_s: the time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
-
-  /// What sticks, of each contact, where all was placed last, if the step ends there, as its
-  /// material's own stiffness would hold it, and in the trial its friction. contact_step_s: as of
-  /// force(), not zero.
-  void stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m);
-
-  /// Kinetic energy, and that of gravity, springs, joints and the springs of contacts, of what is
-  /// awake and of what touches it, where all was placed last, J.
-  [[nodiscard]] double energy_J();
 
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
   /// change by stage_s and 1 a unit of u: computes the Jacobian of an implicit stage as an
@@ -147,7 +137,6 @@ class MechanicalSystem {
   [[nodiscard]] contact::ContactMotion motion_of(const Candidate& candidate) const;
   [[nodiscard]] contact::SideMotion side_of(const Candidate& candidate, int number,
                                             bool sticks) const;
-  [[nodiscard]] Eigen::Vector3d turned_rad_of(int number) const;
   [[nodiscard]] Eigen::Vector3d press_arm_m(const bodies::SphereBinding& sphere) const;
   /// d(momentum) / du of a block of three.
   struct InertiaJacobian {
@@ -169,7 +158,7 @@ class MechanicalSystem {
   Levers levers_ = Levers::kAtEnd;
   std::vector<Eigen::Matrix3d>
       mean_turns_;  // of each: what makes the mean arm of its end's, less 1
-  double time_s_ = 0.0, step_share_ = 1.0;
+  double time_s_ = 0.0;
 
   // The Jacobian taken last.
   double stage_s_ = 0.0;

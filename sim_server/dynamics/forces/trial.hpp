@@ -10,20 +10,12 @@
 
 namespace stillgrid::dynamics {
 
-/// The result of a step, before the world takes it.
+/// Where a mechanical system is placed.
 struct Trial {
   std::vector<bodies::Node> nodes;              // as World::nodes
   std::vector<bodies::RigidBody> rigid_bodies;  // as World::rigid_bodies
   std::vector<bodies::SphereMotion> spheres;    // of World::spheres
-  bool is_finite = true;                        // else the rest is not valid
-  int touching = 0;                             // contacts that touch at its end
-  bool struck = false;  // something touched on the way, where that was looked at
-  // Sticking friction on side a of each contact at the step's end; the energy stored by it.
-  std::vector<Eigen::Vector3d> friction_N;
-  double stretch_gain_J = 0.0;
-  // How each contact began, for what is given goes by the forces at both ends; empty: by the end's.
-  std::vector<Eigen::Vector3d> start_stretches_m;
-  bool takes_end_forces = false;  // springs and dampers of joints pull as at the step's end
+  int touching = 0;                             // contacts that touch
 };
 
 /// Energy by hand.

@@ -1,14 +1,15 @@
 #include <stdexcept>
-#include <string>
 
-#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
-#include "sim_server/scene/method.hpp"
+#include "shared/dynamics/coupled_step.hpp"
+#include "sim_server/dynamics/integrators/cvode_step.hpp"
 
 namespace stillgrid::dynamics {
 
-std::unique_ptr<Integrator> make_cvode_integrator(double /*tolerance_m_s*/) {
-  throw std::runtime_error(std::string(scene::IntegratorKind::kCvodeBdf.name) +
-                           ": this build is without SUNDIALS");
+EngineMethod by_cvode(double tolerance_m_s) {
+  const auto make = [](const Description&, double) -> std::unique_ptr<CoupledStep> {
+    throw std::runtime_error("cvode_bdf: this build is without SUNDIALS");
+  };
+  return {.make = make, .tolerance_m_s = tolerance_m_s};
 }
 
 }  // namespace stillgrid::dynamics

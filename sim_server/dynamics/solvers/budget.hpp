@@ -16,9 +16,10 @@ namespace stillgrid::dynamics {
 struct Budget {
   static constexpr std::uint64_t kNone_ns = std::numeric_limits<std::uint64_t>::max();
 
-  int iterations = std::numeric_limits<int>::max();  // nonlinear solvers share them over a step
-  const std::atomic<bool>* stop = nullptr;           // true: the step ends at once
-  std::uint64_t deadline_ns = kNone_ns;              // a time of the clock
+  int iterations =
+      std::numeric_limits<int>::max();      // most of a nonlinear solver, which counts them down
+  const std::atomic<bool>* stop = nullptr;  // true: the step ends at once
+  std::uint64_t deadline_ns = kNone_ns;     // a time of the clock
   clockid_t clock = realtime::clock_of_this_thread();
   std::uint64_t earliest_ns = kNone_ns;  // CLOCK_MONOTONIC: before it no step is late
 

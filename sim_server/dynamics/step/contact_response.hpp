@@ -6,8 +6,8 @@
 
 #include "proto/scene_segment.hpp"
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 

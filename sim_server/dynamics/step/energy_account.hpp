@@ -1,12 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/contact.hpp"
-#include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "sim_server/dynamics/forces/trial.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -35,42 +32,8 @@ struct EnergyAccount {
   }
 };
 
-[[nodiscard]] double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& body);
-
 /// Takes a pass over nodes, rigid bodies, springs and joints; contacts_J stays zero.
 [[nodiscard]] Energies energies_without_contacts(const bodies::World& world);
-
-/// Returns the energy of the contacts' springs at the start of the step they were found for, J.
-[[nodiscard]] double contact_energy_J(std::span<const contact::Contact> contacts);
-
-/// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.
-/// tool: the spheres of all tools where they are; none without a tool.
-[[nodiscard]] Energies energies(const bodies::World& world,
-                                const std::vector<contact::ToolSphereMotion>& tool);
-
-/// What the springs of the tool's contacts hold at the start of the step that they were found for.
-[[nodiscard]] double tool_energy_J(std::span<const contact::Contact> contacts);
-
-/// What flows over a step of an integrator that does not look within: every force as it is at its
-/// end, along the way that velocities there make of the step; of what is given, of contact springs
-/// and of what sticks, the mean of both ends' where the trial tells how contacts began. The
-/// approach damper takes its mean force times how much deeper it came, as contact_force() has it.
-/// Friction and springs' dampers take force times velocity; what the tool or a prescribed body
-/// gives is the force on the other side times the way of this one. Pre: after is where a step of
-/// duration_s from `before` led.
-[[nodiscard]] EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
-                                     std::span<const contact::Contact> contacts, double duration_s);
-
-/// Of it what the tools give. Pre: their contacts stand last.
-[[nodiscard]] EnergyByHand_J tool_flow_J(const bodies::World& before, const Trial& after,
-                                         std::span<const contact::Contact> contacts,
-                                         double duration_s);
-
-/// What the tools give to what a prescribed motion leads, which no energy of the world knows of:
-/// the mean of the spring's forces at start and end, else as above.
-[[nodiscard]] EnergyByHand_J led_flow_J(const bodies::World& before, const Trial& after,
-                                        std::span<const contact::Contact> contacts,
-                                        double duration_s);
 
 EnergyByHand_J& operator+=(EnergyByHand_J& sum, const EnergyByHand_J& flow);
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);

@@ -29,13 +29,6 @@ void EnergyWatch::note_given(double given_J) {
   exchanged_J_ += std::abs(given_J);
 }
 
-void EnergyWatch::look(const bodies::World& world, std::span<const contact::Contact> contacts) {
-  if (!is_due(world)) return;
-  Energies now = energies_without_contacts(world);
-  now.contacts_J = contact_energy_J(contacts);
-  judge(world, now);
-}
-
 void EnergyWatch::judge(const bodies::World& world, const Energies& now) {
   next_look_s_ = std::max(next_look_s_, world.time_s + kPeriod_s);
   most_held_J_ = std::max({most_held_J_, now.kinetic_J + now.springs_J + now.contacts_J,

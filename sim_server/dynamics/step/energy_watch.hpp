@@ -1,9 +1,6 @@
 #pragma once
 
-#include <span>
-
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
 
 namespace stillgrid::dynamics {
@@ -24,15 +21,12 @@ class EnergyWatch {
   /// Adds the work of tools and prescribed bodies, J.
   void note_given(double given_J);
 
-  /// contacts: as found for the step that begins now. Throws std::domain_error, one line.
-  void look(const bodies::World& world, std::span<const contact::Contact> contacts);
-
-  /// Whether look() would sum energies now.
+  /// Whether a tenth of a second is over since the last judgement.
   [[nodiscard]] bool is_due(const bodies::World& world) const {
     return world.time_s >= next_look_s_;
   }
 
-  /// now: of that world. Throws likewise, however short ago the last look was.
+  /// now: energies of that world. Throws std::domain_error, one line.
   void judge(const bodies::World& world, const Energies& now);
 
  private:

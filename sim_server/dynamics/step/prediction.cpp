@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "sim_server/contact/field_touch.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -44,7 +44,7 @@ Met met_at(const bodies::World& world, const contact::Contact& contact) {
   const bool is_first = bodies::is_field(world, contact.a);
   const bool is_of_field = is_first || (contact.b >= 0 && bodies::is_field(world, contact.b));
   const contact::SideMotion other = is_first || (!is_of_field && contact.b < 0)
-                                        ? contact::kinematic_side(contact, 1.0)
+                                        ? contact::kinematic_side(contact)
                                         : side_of(world, is_of_field ? contact.a : contact.b);
   if (!is_of_field) {
     const contact::ContactMotion motion =
@@ -107,9 +107,7 @@ void Prediction::take_contacts(const bodies::World& world,
     near.start_b_m = contact.position_b_m;
     if (contact.is_tool) near.position_b_m += step_s * contact.velocity_b_m_s;
   }
-  memories_.set_kept({kept.begin(), kept.end()});
-  memories_.take(world, near_);
-  memories_.stretches(near_, stretches_m_);
+  find_stretches(kept, near_, stretches_m_);
   system_.take(world, near_, stretches_m_, Levers::kMean);
 }
 

@@ -10,8 +10,8 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/contacts/contact_memory.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 #include "sim_server/dynamics/step/contact_response.hpp"
@@ -65,7 +65,6 @@ class Prediction {
 
   bool is_explicit_;
   std::vector<contact::Contact> near_;  // of the scene with itself, that may touch within the step
-  ContactMemories memories_;
   std::vector<Eigen::Vector3d> stretches_m_;
   MechanicalSystem system_;
   NewtonSolver solver_;

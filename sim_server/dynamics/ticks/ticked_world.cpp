@@ -20,9 +20,7 @@ bool is_finite(const SceneState& state) {
 
 TickedWorld::TickedWorld(const bodies::World& world, std::span<const scene::Hand> hands,
                          bool may_sleep, EngineMethod method)
-    : hands_(hands.size()),
-      time_s_(world.time_s),
-      is_implicit_(method.kind == Method::kImplicitEuler) {
+    : hands_(hands.size()), time_s_(world.time_s), has_end_forces_(method.has_end_forces) {
   DescribedWorld from = described(world, hands, may_sleep);
   sleeper_of_body_ = std::move(from.sleeper_of_body);
   prescribed_ = std::move(from.prescribed);
@@ -123,7 +121,7 @@ void TickedWorld::add_flow(double tick_s, EnergyFlow& flow) {
   const auto work_J = [&](std::size_t driven, std::size_t rigid) {
     const DrivenReaction& end = engine_->reactions()[driven];
     const DrivenReaction reaction =
-        is_implicit_ ? sum_of(0.5, end, 0.5 * tick_s, before_[driven]) : end;
+        has_end_forces_ ? sum_of(0.5, end, 0.5 * tick_s, before_[driven]) : end;
     before_[driven] = sum_of(1.0 / tick_s, end, 0.0, end);
     const double all_J =
         end.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);

@@ -47,7 +47,7 @@ class TickedWorld {
   struct Report {
     int substeps = 0, touching = 0;  // contacts at the end
     EnergyFlow flow = {};
-    SolveFigures solve = {};    // implicit Euler
+    SolveFigures solve = {};    // zero by small steps
     double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
   };
@@ -86,8 +86,8 @@ class TickedWorld {
   int sleeping_spheres_ = 0;
   std::unique_ptr<Engine> engine_;
   double time_s_;
-  std::vector<DrivenPose> driven_;  // at the end of a tick
-  bool is_implicit_;
+  std::vector<DrivenPose> driven_;      // at the end of a tick
+  bool has_end_forces_;                 // see EngineMethod
   std::vector<DrivenReaction> before_;  // forces and torques at the end of the last tick, for 1 s
 };
 

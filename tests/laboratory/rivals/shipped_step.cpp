@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <vector>
 
+#include "sim_server/contact/predicted_contacts.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 
 namespace stillgrid::laboratory {
@@ -20,9 +24,12 @@ void ShippedSteps::take(const dynamics::Simulation& simulation) {
   step.world = simulation.world();
   step.step_s = step.world.time_s - end_s_;
   end_s_ = step.world.time_s;
+  std::vector<std::uint32_t> all(step.world.spheres.size());
+  std::iota(all.begin(), all.end(), 0U);
+  contact::PredictedContacts search;
   step.contacts.clear();
-  for (const contact::Contact& contact : simulation.detection().contacts())
-    if (!contact.is_tool) step.contacts.push_back(contact);
+  if (search.find(step.world, simulation.detection(), all, 0.0, {}))
+    step.contacts = search.contacts();
 }
 
 Eigen::MatrixXd ShippedSteps::compliance_m_per_N(std::uint64_t state_time_ns,

@@ -3,11 +3,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "shared/dynamics/implicit_step.hpp"
 #include "tests/shared/dynamics/engine_scenes.hpp"
 
 namespace stillgrid::dynamics {
 
-inline constexpr EngineMethod kImplicit{.kind = Method::kImplicitEuler};
+inline const EngineMethod kImplicit = implicit_euler();
 
 /// Runs a test by each method.
 inline EngineMethod each_method() {

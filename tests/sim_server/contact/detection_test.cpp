@@ -1,10 +1,10 @@
-#include "sim_server/contact/detection.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 #include <set>
 
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::contact::detection_test {
@@ -67,9 +67,9 @@ bool paths_meet(const bodies::World& world, const bodies::SphereBinding& a,
   return (from_a_m - from_b_m).norm() <= bounding_radius_a_m + bounding_radius_b_m + 1e-5;
 }
 
-Pairs found_pairs(const Detection& detection) {
+Pairs found_pairs(const std::vector<Contact>& contacts) {
   Pairs pairs;
-  for (const Contact& contact : detection.contacts())
+  for (const Contact& contact : contacts)
     if (contact.b >= 0) pairs.insert(std::minmax(contact.a, contact.b));
   return pairs;
 }
@@ -77,9 +77,8 @@ Pairs found_pairs(const Detection& detection) {
 TEST_CASE("Every pair of moving spheres that may touch within the step is found, once",
           "[detection]") {
   const bodies::World world = random_world(GENERATE(1U, 2U, 3U, 4U, 5U), GENERATE(5, 60, 300));
-  Detection detection(world, GENERATE(0.3, 1.0, 3.0));
-  detection.find_contacts(world, kStep_s);
-  const Pairs found = found_pairs(detection);
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
+  const Pairs found = found_pairs(contacts);
   const SelfCollision self_collision(world);
 
   int touching = 0;
@@ -103,14 +102,13 @@ TEST_CASE("Every pair of moving spheres that may touch within the step is found,
 TEST_CASE("Every static sphere and plane that may be touched within the step is found, once",
           "[detection]") {
   const bodies::World world = random_world(GENERATE(11U, 12U, 13U), GENERATE(60, 300));
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
 
   for (int i = 0; i < static_cast<int>(world.spheres.size()); ++i) {
     const bodies::SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
     const bodies::SphereMotion motion = bodies::sphere_motion(world, a);
     const auto count_where = [&](auto&& is_it) {
-      return std::count_if(detection.contacts().begin(), detection.contacts().end(),
+      return std::count_if(contacts.begin(), contacts.end(),
                            [&](const Contact& c) { return c.a == i && c.b < 0 && is_it(c); });
     };
     for (const bodies::StaticSphere& b : world.static_spheres) {
@@ -132,11 +130,10 @@ TEST_CASE("Every static sphere and plane that may be touched within the step is 
 
 TEST_CASE("A contact knows how deep it was when the step began", "[detection]") {
   const bodies::World world = random_world(21, 100);
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
-  REQUIRE_FALSE(detection.contacts().empty());
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
+  REQUIRE_FALSE(contacts.empty());
 
-  for (const Contact& contact : detection.contacts()) {
+  for (const Contact& contact : contacts) {
     const auto centre_m = [&](int i) {
       return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(i)]).position_m;
     };
@@ -161,17 +158,16 @@ TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it d
       node.position_m.x() *= -1.0;
       node.position_m.z() = 0.01;
     }
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
 
   const double near_m = 2.5 * world.spheres[0].radius_m;
-  CHECK_FALSE(detection.contacts().empty());
-  for (const Contact& contact : detection.contacts()) {
+  CHECK_FALSE(contacts.empty());
+  for (const Contact& contact : contacts) {
     const bodies::SphereBinding& a = world.spheres[static_cast<std::size_t>(contact.a)];
     const bodies::SphereBinding& b = world.spheres[static_cast<std::size_t>(contact.b)];
     CHECK((a.rest_position_m - b.rest_position_m).norm() > near_m);
   }
-  const auto ends = found_pairs(detection);
+  const auto ends = found_pairs(contacts);
   CHECK(ends.count({0, 20}) == 1);  // the corners that the fold brings together
 }
 
@@ -183,12 +179,11 @@ TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detec
        sim_server::moving(sim_server::box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}),
                           {0, 0, 0}, {100, 0, 0})},
       sim_server::material_of(100.0)));
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
 
-  CHECK(std::none_of(detection.contacts().begin(), detection.contacts().end(),
+  CHECK(std::none_of(contacts.begin(), contacts.end(),
                      [](const Contact& contact) { return contact.depth_before_m > 0.0; }));
-  for (const auto& [i, j] : found_pairs(detection))
+  for (const auto& [i, j] : found_pairs(contacts))
     CHECK(world.spheres[static_cast<std::size_t>(i)].rigid < 0);
 }
 
@@ -201,17 +196,13 @@ bodies::BodyDescription cube_of(int n, double x_m, double speed_m_s) {
       {speed_m_s, 0, 0});
 }
 
-TEST_CASE("However fast a rigid body moves, its spheres take no memory for pairs of their own",
-          "[detection]") {
+TEST_CASE("However fast a rigid body moves, its spheres are no pairs", "[detection]") {
   const int n = GENERATE(6, 12, 24);
   const double speed_m_s = GENERATE(0.0, 2.0, 20.0);
   const bodies::World world = scene::build_world(
       sim_server::scene_of({cube_of(n, 0.0, speed_m_s)}, sim_server::material_of(100.0)));
   REQUIRE(world.spheres.size() == static_cast<std::size_t>(n * n * n));
-  Detection detection(world, 0.0);
-  for (int step = 0; step < 3; ++step) CHECK(detection.find_contacts(world, kStep_s));
-  CHECK(detection.contacts().empty());
-  CHECK(detection.room_for_pairs() < 1000);  // one vector's, whatever the cube
+  CHECK(contacts_within(world, kStep_s).empty());
 }
 
 TEST_CASE("Two fast cubes of many spheres that meet have all contacts between them",
@@ -219,8 +210,7 @@ TEST_CASE("Two fast cubes of many spheres that meet have all contacts between th
   const double speed_m_s = GENERATE(0.1, 0.5);
   const bodies::World world = scene::build_world(sim_server::scene_of(
       {cube_of(9, 0.0, speed_m_s), cube_of(9, 0.052, -speed_m_s)}, sim_server::material_of(100.0)));
-  Detection detection(world, 0.0);
-  REQUIRE(detection.find_contacts(world, kStep_s, true));
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
   Pairs expected;
   const int half = static_cast<int>(world.spheres.size() / 2);
   for (int i = 0; i < half; ++i)
@@ -233,28 +223,8 @@ TEST_CASE("Two fast cubes of many spheres that meet have all contacts between th
         expected.insert({i, j});
     }
   REQUIRE(expected.size() > 80);
-  const Pairs found = found_pairs(detection);
+  const Pairs found = found_pairs(contacts);
   CHECK(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));
-}
-
-TEST_CASE(
-    "What is so fast that its contacts would take memory by the square asks for a shorter step",
-    "[detection]") {
-  const auto bytes_at = [](int n) {
-    const bodies::World world = scene::build_world(sim_server::scene_of(
-        {cube_of(n, 0.0, 2.0), cube_of(n, 0.0505, -2.0)}, sim_server::material_of(100.0)));
-    Detection detection(world, 0.0);
-    CHECK_FALSE(detection.find_contacts(world, kStep_s));
-    CHECK(detection.contacts().empty());
-    double step_s = kStep_s;
-    while (!detection.find_contacts(world, step_s)) step_s *= 0.5;
-    CHECK(step_s > 1e-3 * kStep_s);
-    CHECK_FALSE(detection.contacts().empty());
-    const std::size_t bytes = detection.room_for_pairs() * sizeof(SpherePair) +
-                              detection.contacts().capacity() * sizeof(Contact);
-    return static_cast<double>(bytes) / static_cast<double>(world.spheres.size());
-  };
-  CHECK(bytes_at(24) < 1.5 * bytes_at(12));
 }
 
 TEST_CASE("A swing that turns within the step is bounded by its turning point", "[detection]") {
@@ -274,9 +244,8 @@ TEST_CASE("A swing that turns within the step is bounded by its turning point", 
   };
   world.rigid_bodies[0].position_m = place_at(world.time_s).position_m;
   world.rigid_bodies[0].velocity_m_s = place_at(world.time_s).velocity_m_s;
-  Detection detection(world, 0.0);
-  detection.find_contacts(world, kStep_s);
-  const Pairs found = found_pairs(detection);
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s);
+  const Pairs found = found_pairs(contacts);
   for (int i = 1; i <= 25; ++i) {
     double nearest_m = 1.0;
     for (int k = 0; k <= 300; ++k) {
@@ -288,35 +257,6 @@ TEST_CASE("A swing that turns within the step is bounded by its turning point", 
     if (nearest_m < 0.013) CHECK(found.count({0, i}) == 1);
   }
   CHECK(found.size() < 20);
-}
-
-TEST_CASE("Who strayed off its way into what is on no list is told from who met nothing",
-          "[detection]") {
-  const double strayed_m = GENERATE(0.002, 0.019, 0.06);
-  std::vector<bodies::BodyDescription> bodies{
-      sim_server::sphere({0, 0, 0}, 0.005, 0.1), sim_server::sphere({0.03, 0, 0}, 0.005, 0.1),
-      sim_server::sphere({0.0, 0.009, 0}, 0.005, 0.1), sim_server::floor_at(-0.02)};
-  const bodies::World world =
-      scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(100.0)));
-  Detection detection(world, 0.0);
-  REQUIRE(detection.find_contacts(world, kStep_s));
-  REQUIRE(found_pairs(detection) == Pairs{{0, 2}});
-  const std::vector<bodies::SphereMotion> start(detection.motions().begin(),
-                                                detection.motions().end());
-  std::vector<bodies::SphereMotion> end = start;
-  REQUIRE_FALSE(detection.strayed(world, end, world.rigid_bodies));
-  const Eigen::Vector3d direction =
-      GENERATE(Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 1, 0));
-  end[0].position_m += strayed_m * direction;
-  CHECK(detection.strayed(world, end, world.rigid_bodies));
-  CHECK(detection.widen(world, end, world.rigid_bodies, false));
-  CHECK_FALSE(detection.strayed(world, end, world.rigid_bodies));
-  CHECK(found_pairs(detection).count({0, 2}) == 1);
-  const bool met_ball = direction.x() > 0.0 && strayed_m > 0.0201,
-             met_floor = direction.z() < 0.0 && strayed_m > 0.015;
-  CHECK(detection.has_missed(world, {start, end}) == (met_ball || met_floor));
-  REQUIRE(detection.find_contacts(world, kStep_s));
-  CHECK(found_pairs(detection) == Pairs{{0, 2}});
 }
 
 }  // namespace stillgrid::contact::detection_test

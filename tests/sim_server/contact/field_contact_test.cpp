@@ -5,9 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim_server/contact/detection.hpp"
-#include "sim_server/contact/field_crossing.hpp"
 #include "sim_server/contact/field_touch.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/field_worlds.hpp"
 
 namespace stillgrid::contact::field_contact_test {
@@ -157,12 +156,10 @@ TEST_CASE("All that meets a field on its way is a contact, once, and points meet
   const auto seed = GENERATE(range(1U, 13U));
   const double step_s = GENERATE(0.0031, 0.013);
   const Crowd own = crowd(seed, step_s);
-  Detection detection(own.world, 0.0);
-  REQUIRE(detection.find_contacts(own.world, step_s));
-  detection.find_tool_contacts(own.world, own.tool);
+  const std::vector<Contact> contacts = contacts_within(own.world, step_s, own.tool);
 
   Pairs found;
-  for (const Contact& contact : detection.contacts()) {
+  for (const Contact& contact : contacts) {
     const bool is_first = bodies::is_field(own.world, contact.a);
     const bool is_of_field = is_first || bodies::is_field(own.world, contact.b);
     if (!is_of_field) {
@@ -180,43 +177,6 @@ TEST_CASE("All that meets a field on its way is a contact, once, and points meet
     CAPTURE(pair.first, pair.second);
     CHECK(found.count(pair) == 1);
   }
-}
-
-TEST_CASE("A way through a plate stops before its middle, one that ends in it does not",
-          "[field]") {
-  Draw draw(GENERATE(range(1U, 9U)));
-  const Vector3d plate_m(0.2, 0.2, 0.006);
-  bodies::World world;
-  sim_server::add_static_field(world, sim_server::box_field(plate_m, 0.0012, 0.012),
-                               draw.vector(0.2), draw.turn());
-  const bodies::FieldBody& field = world.fields[0];
-  const FieldPose pose = pose_of(field, {});
-  bodies::SphereBinding& sphere = world.spheres.emplace_back();
-  sphere.radius_m = draw.number(0.0008, 0.006);
-  const auto at_m = [&](double z_m) -> Vector3d {
-    return pose.position_m +
-           pose.rotation * Vector3d(draw.number(-0.02, 0.02), draw.number(-0.02, 0.02), z_m);
-  };
-  Contact contact;
-  contact.b = bodies::number_of_field(world, 0);
-  contact.radius_a_m = sphere.radius_m;
-  const auto share = [&](double from_z_m, double to_z_m) {
-    const std::vector<bodies::SphereMotion> start{{at_m(from_z_m), Vector3d::Zero()}},
-        end{{at_m(to_z_m), Vector3d::Zero()}};
-    const Ways ways{start, end, &world, 0.01};
-    const double found = share_before_crossings({&contact, 1}, ways);
-    const Vector3d stop_m = start[0].position_m + found * (end[0].position_m - start[0].position_m);
-    return std::make_pair(found, pose.into(stop_m).z());
-  };
-  const double far_m = draw.number(0.02, 0.1), in_m = draw.number(0.0002, 0.0025);
-
-  const auto [through, stop_z_m] = share(far_m, -far_m);
-  CHECK(through < 1.0);
-  CHECK(stop_z_m > 0.0);
-  CHECK(stop_z_m < 0.003 + sphere.radius_m);  // and has met it
-  CHECK(share(far_m, in_m).first == 1.0);
-  CHECK(share(far_m, 0.004 + sphere.radius_m).first == 1.0);  // has not met it
-  CHECK(share(0.003, 0.004 + sphere.radius_m).first == 1.0);  // leaves
 }
 
 }  // namespace

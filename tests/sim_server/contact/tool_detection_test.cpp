@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "sim_server/contact/detection.hpp"
 #include "sim_server/snapshot/sphere_records.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::contact::tool_detection_test {
@@ -34,13 +34,8 @@ TEST_CASE("The tool meets every free sphere that it touches, once, and nothing e
           "[detection]") {
   const bodies::World world = crowd(GENERATE(1U, 2U, 3U));
   const auto tool = tool_at({0.01, -0.02, 0.03});
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
-  const std::size_t among_bodies = detection.contacts().size();
-  detection.find_tool_contacts(world, tool);
-  const std::vector<Contact> found(
-      detection.contacts().begin() + static_cast<std::ptrdiff_t>(among_bodies),
-      detection.contacts().end());
+  std::vector<Contact> found = contacts_within(world, kStep_s, tool);
+  std::erase_if(found, [](const Contact& contact) { return !contact.is_tool; });
 
   for (const ToolSphereMotion& b : tool)
     for (std::size_t i = 0; i < world.spheres.size(); ++i) {
@@ -60,22 +55,6 @@ TEST_CASE("The tool meets every free sphere that it touches, once, and nothing e
   }
 }
 
-TEST_CASE("The tool is never entered: the bodies' contacts are the same with it and without",
-          "[detection]") {
-  const bodies::World world = crowd(4);
-  Detection alone(world, 1.0), visited(world, 1.0);
-  alone.find_contacts(world, kStep_s);
-  visited.find_contacts(world, kStep_s);
-  visited.find_tool_contacts(world, tool_at({0, 0, 0}));
-  visited.find_contacts(world, kStep_s);
-
-  REQUIRE(visited.contacts().size() == alone.contacts().size());
-  for (std::size_t i = 0; i < alone.contacts().size(); ++i) {
-    CHECK(visited.contacts()[i].a == alone.contacts()[i].a);
-    CHECK(visited.contacts()[i].b == alone.contacts()[i].b);
-  }
-}
-
 TEST_CASE("A contact with the tool has the touched body's material and the tool's motion",
           "[detection]") {
   // Below the tool's slip speed friction is viscous, unless the material says so from a higher one.
@@ -84,18 +63,16 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
       sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                            sim_server::material_of(123.0, 4.0, 0.5, slip_speed_m_s));
   const bodies::World world = scene::build_world(scene);
-  Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
   const ToolSphereMotion sphere{.position_m = {0, 0, 0.02},
                                 .velocity_m_s = {0, 0, -1},
                                 .position_before_m = {0, 0, 0.05},
                                 .radius_m = 0.015,
                                 .slip_speed_m_s = 0.04,
                                 .hand = 2};
-  detection.find_tool_contacts(world, {sphere});
+  const std::vector<Contact> contacts = contacts_within(world, kStep_s, {sphere});
 
-  REQUIRE(detection.contacts().size() == 1);
-  const Contact& contact = detection.contacts()[0];
+  REQUIRE(contacts.size() == 1);
+  const Contact& contact = contacts[0];
   CHECK(contact.material.stiffness_N_per_m == 123.0);
   CHECK(contact.material.damping_N_s_per_m == 4.0);
   CHECK(contact.material.friction == 0.5);

@@ -57,11 +57,12 @@ TEST_CASE("A soft block that drops gains no energy, and by too few substeps its 
 TEST_CASE("Energy that a source gave is no gain, energy without one is", "[energy_watch]") {
   bodies::World world = scene::build_world(sim_server::scene_of(
       {sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1), {1.0, 0, 0})}));
-  EnergyWatch without(energies(world, {})), given = without;
+  EnergyWatch without(energies_without_contacts(world)), given = without;
   world.rigid_bodies[0].velocity_m_s.x() = 2.0;
   given.note_given(0.15);
-  CHECK_THROWS_WITH(without.look(world, {}), Catch::Contains("0.15 J without a source"));
-  CHECK_NOTHROW(given.look(world, {}));
+  CHECK_THROWS_WITH(without.judge(world, energies_without_contacts(world)),
+                    Catch::Contains("0.15 J without a source"));
+  CHECK_NOTHROW(given.judge(world, energies_without_contacts(world)));
 }
 
 /// A box of 20 g welded to a ball that swings by 20 mm, eight times a second.

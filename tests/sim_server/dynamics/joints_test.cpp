@@ -57,11 +57,11 @@ TEST_CASE("Joints never make energy by implicit Euler, however they are turned",
   const double damping_N_s_per_m = GENERATE(0.0, 0.5);
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     Simulation simulation(drawn_chain(seed, damping_N_s_per_m, kGravity_m_s2, true));
-    double before_J = energies(simulation.world(), {}).total_J();
+    double before_J = energies_of(simulation).total_J();
     double made_J = 0.0;
     for (int i = 0; i < 300; ++i) {
       REQUIRE(advance(simulation, 0.01, 1));
-      const double now_J = energies(simulation.world(), {}).total_J();
+      const double now_J = energies_of(simulation).total_J();
       made_J = std::max(made_J, now_J - before_J);
       before_J = now_J;
     }
@@ -76,11 +76,11 @@ struct EnergySpan {
 };
 EnergySpan energy_span(const scene::SceneDescription& scene, double step_s, int steps) {
   Simulation simulation(scene);
-  const double start_J = energies(simulation.world(), {}).total_J();
+  const double start_J = energies_of(simulation).total_J();
   EnergySpan span;
   for (int i = 0; i < steps; ++i) {
     (void)advance(simulation, step_s, 1);
-    const Energies now = energies(simulation.world(), {});
+    const Energies now = energies_of(simulation);
     span.least_J = std::min(span.least_J, now.total_J() - start_J);
     span.most_J = std::max(span.most_J, now.total_J() - start_J);
     span.kinetic_J = std::max(span.kinetic_J, now.kinetic_J);

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -67,16 +67,14 @@ Eigen::VectorXd random_velocities(const bodies::World& world) {
 
 /// All contacts of one kind, begun at various depths so that some deepen and some let go.
 std::vector<contact::Contact> contacts_of(const bodies::World& world, Kind kind) {
-  contact::Detection detection(world, 1.0);
-  detection.find_contacts(world, kStep_s);
-  const std::size_t among_bodies = detection.contacts().size();
-  detection.find_tool_contacts(
-      world, {{Eigen::Vector3d(0.01, -0.01, 0.03), {0.3, 0.2, -0.5}, {0.01, -0.01, 0.04}, 0.02}});
+  const std::vector<contact::Contact> all = contact::contacts_within(
+      world, kStep_s,
+      {{Eigen::Vector3d(0.01, -0.01, 0.03), {0.3, 0.2, -0.5}, {0.01, -0.01, 0.04}, 0.02}});
   std::vector<contact::Contact> chosen;
-  for (std::size_t i = 0; i < detection.contacts().size(); ++i) {
-    contact::Contact contact = detection.contacts()[i];
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    contact::Contact contact = all[i];
     contact.depth_before_m += 0.008 * std::sin(static_cast<double>(i));
-    const Kind its = i >= among_bodies  ? Kind::kTool
+    const Kind its = contact.is_tool    ? Kind::kTool
                      : contact.b >= 0   ? Kind::kMoving
                      : contact.is_plane ? Kind::kPlane
                                         : Kind::kStill;

@@ -6,11 +6,11 @@
 #include <limits>
 #include <vector>
 
-#include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
+#include "tests/sim_server/contact/all_contacts.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
-#include "tests/sim_server/dynamics/hanging_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::newton_test {
@@ -78,9 +78,8 @@ TEST_CASE(
     "does not",
     "[newton]") {
   const bodies::World world = sliding_box();
-  contact::Detection detection(world, 1.0);
-  detection.find_contacts(world, 0.01);
-  MechanicalSystem system(world, detection.contacts());
+  const std::vector<contact::Contact> contacts = contact::contacts_within(world, 0.01);
+  MechanicalSystem system(world, contacts);
   ImplicitStage step(system, 0.01);
   Eigen::VectorXd u = step.initial_guess(), residual(u.size());
   step.residual(u, residual);
@@ -97,18 +96,6 @@ TEST_CASE(
   const SolveReport report = solve(step, u, 40);
   INFO(report.residual << " after " << report.iterations);
   CHECK(report.converged);
-}
-
-// Broyden's method takes 16, 151 and over 500 iterations of the first three: broyden_test.
-TEST_CASE("The onset of a contact however stiff takes three iterations", "[newton]") {
-  const double stiffness = GENERATE(10.0, 100.0, 1e4, 1e6);  // k h^2 / m
-  NewtonSolver solver(kTolerance);
-
-  const SolveReport report = solve_contact_onset(solver, stiffness, 15);
-
-  INFO("at " << stiffness);
-  CHECK(report.converged);
-  CHECK(report.iterations <= 3);
 }
 
 TEST_CASE("A solve cut short says so, and by how much", "[newton]") {

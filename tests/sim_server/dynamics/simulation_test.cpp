@@ -202,16 +202,6 @@ TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
   CHECK(one.world().rigid_bodies[0].position_m == other.world().rigid_bodies[0].position_m);
 }
 
-TEST_CASE("A part that did not converge is tried shorter, wherever it starts", "[simulation]") {
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> place(0.0, 0.5);
-  for (int i = 0; i < 10000; ++i) {
-    const double start = place(random), longest = i % 2 == 0 ? 0.25 : 0.125;
-    const double end = start + longest;  // rounded: end - start may be longer
-    CHECK(start + halved_below(longest, end - start) < end);
-  }
-}
-
 /// What two blocks that are let go half a millimetre into each other and the floor have more of
 /// energy than at their start, after five seconds, J. They have 5.6 mJ of height.
 double gained_by_stacked_blocks_J(scene::IntegratorKind integrator) {

@@ -1,11 +1,10 @@
-#include "sim_server/dynamics/step/sleeping.hpp"
-
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "sim_server/dynamics/ticks/described_world.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -105,9 +104,9 @@ TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleepin
 
 TEST_CASE("What goes to sleep was slower than the threshold for half a second", "[sleeping]") {
   Simulation simulation(sleeping_scene(stack(3)));
-  const Sleeping promises(simulation.world());
+  const auto& world = simulation.world();
   // 3 % of 5 mm a second, below a fifth of 1 mm/s.
-  CHECK(promises.rest_speed_m_s(1) == Approx(0.15e-3));
+  CHECK(rest_speed_m_s(world, world.bodies[1]) == Approx(0.15e-3));
   std::vector<double> speeds_m_s;
   while (count_sleeping(simulation) == 0 && speeds_m_s.size() < 2000) {
     (void)simulation.step(kStep_s, no_tool);
@@ -118,7 +117,8 @@ TEST_CASE("What goes to sleep was slower than the threshold for half a second", 
 
   REQUIRE(count_sleeping(simulation) == 3);
   REQUIRE(speeds_m_s.size() > 50);
-  CHECK(*std::max_element(speeds_m_s.end() - 50, speeds_m_s.end()) < promises.rest_speed_m_s(3));
+  CHECK(*std::max_element(speeds_m_s.end() - 50, speeds_m_s.end()) <
+        rest_speed_m_s(world, world.bodies[3]));
 }
 
 TEST_CASE("A pile wakes as one when something falls on it, and sleeps again", "[sleeping]") {
@@ -201,7 +201,7 @@ TEST_CASE("Nothing pops as it goes to sleep or wakes", "[sleeping]") {
   sim_server::springs(tissue).pinned_nodes = {0, 5, 30, 35};
   sim_server::packing(tissue) = {0.02, 0.0095};
   Simulation simulation(sleeping_scene({tissue, block_at({0, 0, 0.08})}));
-  const double bound_m_s = Sleeping(simulation.world()).rest_speed_m_s(0);
+  const double bound_m_s = rest_speed_m_s(simulation.world(), simulation.world().bodies[0]);
   auto before = places(simulation);
   for (int i = 0; i < 4000 && count_sleeping(simulation) < 2; ++i) {
     before = places(simulation);

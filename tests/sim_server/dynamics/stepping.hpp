@@ -21,4 +21,10 @@ using tests::kCut;
   return converged;
 }
 
+/// Energies at present, of contacts too. An account of the simulation begins anew.
+[[nodiscard]] inline Energies energies_of(Simulation& simulation) {
+  simulation.account_energy();
+  return simulation.energy_account()->end;
+}
+
 }  // namespace stillgrid::dynamics

@@ -1,10 +1,10 @@
-#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -38,11 +38,6 @@ Eigen::VectorXd modal_displacement_m(double time_s) {
   const Eigen::VectorXd phases = modes.eigenvalues().cwiseSqrt() * time_s;
   return modes.eigenvectors() *
          phases.array().cos().matrix().cwiseProduct(modes.eigenvectors().transpose() * start_m);
-}
-
-std::unique_ptr<Integrator> begun(double tolerance_m_s) {
-  return make_integrator(
-      {.integrator = scene::IntegratorKind::kCvodeBdf, .tolerance_m_s = tolerance_m_s});
 }
 
 /// The largest error of any mass at the end of any step over half a second.
@@ -204,82 +199,60 @@ TEST_CASE("SUNDIALS goes where implicit Euler goes by tiny steps", "[sundials]")
   CHECK(limit_error < 0.3 * error);
 }
 
-scene::SceneDescription ringing_chain() {
-  return sim_server::scene_of({sim_server::thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 1000.0, {0})},
-                              {}, {0, 0, -9.81});
+TEST_CASE("A tick by CVODE depends on its start alone: a copy goes on to the bit", "[sundials]") {
+  scene::SceneDescription scene = swing_and_throw();
+  scene.materials.at(0).friction = 0.3;
+  scene = integrated(scene, 1e-5);
+  Simulation first(scene);
+  REQUIRE(advance(first, 0.01, 8));
+  REQUIRE(first.world().rigid_bodies[0].angular_velocity_rad_s.x() != 0.0);  // friction acts
+
+  Simulation second(scene, first.world());
+  second.set_contact_state(first.contact_state());
+  REQUIRE(advance(first, 0.01, 8));
+  REQUIRE(advance(second, 0.01, 8));
+
+  for (std::size_t i = 0; i < first.world().nodes.size(); ++i)
+    CHECK(first.world().nodes[i].position_m == second.world().nodes[i].position_m);
+  const auto &a = first.world().rigid_bodies[0], &b = second.world().rigid_bodies[0];
+  CHECK(a.position_m == b.position_m);
+  CHECK(a.angular_velocity_rad_s == b.angular_velocity_rad_s);
 }
 
-TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials]") {
-  bodies::World world = scene::build_world(ringing_chain());
-  const auto kept = begun(1e-6), forgetful = begun(1e-6);
-  const auto steps_of = [](Integrator& integrator, bodies::World of_world, bool restarts) {
-    int steps = 0;
-    for (int i = 0; i < 20; ++i) {
-      if (restarts) integrator.restart();
-      Budget budget;
-      const SolveReport report = integrator.advance(of_world, {}, 0.01, budget);
-      REQUIRE(report.converged);
-      integrator.commit(of_world, 0.01);
-      steps += report.iterations;
-    }
-    return steps;
-  };
-
-  const int kept_steps = steps_of(*kept, world, false);
-  const int forgetful_steps = steps_of(*forgetful, world, true);
-  CHECK(kept_steps < 0.8 * forgetful_steps);
-}
-
-TEST_CASE("A step not committed leaves no trace, nor does a world that was changed", "[sundials]") {
-  bodies::World world = scene::build_world(ringing_chain());
-  const auto used = begun(1e-6);
-  Budget budget;
-  REQUIRE(used->advance(world, {}, 0.01, budget).converged);
-  used->commit(world, 0.01);
-  REQUIRE(used->advance(world, {}, 0.01, budget).converged);  // and not committed
-
-  const auto check_as_fresh = [&] {
-    const auto fresh = begun(1e-6);
-    REQUIRE(used->advance(world, {}, 0.005, budget).converged);
-    REQUIRE(fresh->advance(world, {}, 0.005, budget).converged);
-    for (std::size_t i = 0; i < world.nodes.size(); ++i)
-      CHECK(used->trial().nodes[i].position_m == fresh->trial().nodes[i].position_m);
-  };
-  check_as_fresh();
-  used->commit(world, 0.005);
-  world.nodes.back().velocity_m_s.z() += 0.1;
-  check_as_fresh();
-}
-
-TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[sundials]") {
-  bodies::World world = scene::build_world(ringing_chain());
-  const auto integrator = begun(1e-8);
-
-  Budget few{.iterations = 3};
-  const SolveReport report = integrator->advance(world, {}, 0.1, few);
-  CHECK_FALSE(report.converged);
-  CHECK(report.iterations == 3);
-  CHECK(few.iterations == 0);
-  const bodies::Node& end = integrator->trial().nodes.back();
-  CHECK(end.velocity_m_s.z() < 0.0);
-  CHECK(end.velocity_m_s.z() > -9.81 * 0.1);  // less than the whole fall
-  CHECK(end.position_m.z() < 0.0);
-
-  Budget late;
-  late.end_within(0);
-  CHECK_FALSE(integrator->advance(world, {}, 0.1, late).converged);
-  CHECK(integrator->trial().nodes.back().position_m == world.nodes.back().position_m);
+TEST_CASE("CVODE accounts for energy: a tool that pushes a damped ball over a rough floor",
+          "[sundials]") {
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0.0195}, 0.02, 0.1), sim_server::floor_at(0.0)},
+      sim_server::material_of(1000.0, 2.0, 0.3), {0, 0, -9.81});
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  Simulation simulation(integrated(scene, 1e-7));
+  simulation.account_energy();
+  std::uint64_t time_ns = 0;
+  for (int step = 1; step <= 40; ++step) {
+    time_ns += 10'000'000;
+    REQUIRE(simulation
+                .step(0.01,
+                      [&] {
+                        return ToolSample{.time_ns = time_ns,
+                                          .position_m = {-0.032 + 0.002 * step, 0, 0.02},
+                                          .velocity_m_s = {0.2, 0, 0}};
+                      })
+                .solve.converged);
+  }
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(simulation.world().rigid_bodies[0].position_m.x() > 0.03);
+  CHECK(account.flow.given_J > 1e-3);
+  CHECK(account.flow.tool_J[0] == Approx(account.flow.given_J));
+  CHECK(account.flow.contact_damping_J > 0.0);
+  CHECK(account.flow.friction_J > 0.0);
+  CHECK(std::abs(account.numerical_J()) < 1e-3 * account.flow.given_J);
 }
 
 TEST_CASE("A state that is not finite is told", "[sundials]") {
-  bodies::World world = scene::build_world(ringing_chain());
-  world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
-  const auto integrator = begun(1e-6);
+  Simulation simulation(integrated(swing_and_throw(), 1e-6));
+  simulation.world().nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
 
-  Budget budget{.iterations = 1000};
-  CHECK_FALSE(integrator->advance(world, {}, 0.01, budget).converged);
-
-  CHECK_FALSE(integrator->trial().is_finite);
+  CHECK_THROWS_AS(simulation.step(0.01, no_tool), std::domain_error);
 }
 
 TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {

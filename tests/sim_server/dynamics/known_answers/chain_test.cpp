@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"

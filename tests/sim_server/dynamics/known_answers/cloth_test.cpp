@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"

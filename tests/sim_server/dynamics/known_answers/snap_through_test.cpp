@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/dynamics/dense_jacobian.hpp"
 #include "tests/sim_server/scene_builders.hpp"
