@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "shared/dynamics/implicit_step.hpp"
 #include "sim_server/dynamics/ticks/described_world.hpp"
 #include "tests/performance/engine_peers.hpp"
 #include "tests/sim_server/scene_builders.hpp"
@@ -14,7 +15,7 @@ namespace {
 using Maker = std::function<std::unique_ptr<PeerWorld>(const PeerScene&)>;
 constexpr int kSteps = 50;  // of 10 ms: those of the fall, those of a swing
 
-Maker ours(int threads = 1, dynamics::Method method = dynamics::Method::kSmallSteps) {
+Maker ours(int threads = 1, const dynamics::EngineMethod& method = {}) {
   return [=](const PeerScene& scene) { return our_world(scene, threads, method); };
 }
 Maker bullet(const BulletMethod& method) {
@@ -141,7 +142,7 @@ void add_chains() {
   add_chain("ours_20000_N_per_m", 2e4, ours());
   for (const int stiffness_N_per_m : {20'000, 100'000, 1'000'000})
     add_chain("ours_implicit_" + std::to_string(stiffness_N_per_m) + "_N_per_m", stiffness_N_per_m,
-              ours(1, dynamics::Method::kImplicitEuler));
+              ours(1, dynamics::implicit_euler()));
   for (const BulletMethod& method : {BulletMethod{1, 10}, {10, 10}, {10, 100}})
     add_chain(name_of(method).substr(1), 1.0, bullet(method));
   add_chain("mujoco_5", 1.0, mujoco({}));

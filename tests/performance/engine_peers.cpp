@@ -65,8 +65,9 @@ PeerScene hanging_links(int count, double stiffness_N_per_m) {
   return scene;
 }
 
-std::unique_ptr<PeerWorld> our_world(const PeerScene& scene, int threads, dynamics::Method method) {
-  return std::make_unique<OurWorld>(scene, threads, dynamics::EngineMethod{method});
+std::unique_ptr<PeerWorld> our_world(const PeerScene& scene, int threads,
+                                     const dynamics::EngineMethod& method) {
+  return std::make_unique<OurWorld>(scene, threads, method);
 }
 
 }  // namespace stillgrid::performance

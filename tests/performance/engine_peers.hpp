@@ -43,7 +43,7 @@ class PeerWorld {
 };
 
 [[nodiscard]] std::unique_ptr<PeerWorld> our_world(const PeerScene& scene, int threads,
-                                                   dynamics::Method method);
+                                                   const dynamics::EngineMethod& method);
 
 struct BulletMethod {
   int substeps = 1, iterations = 10;  // in 10 ms, in a substep
