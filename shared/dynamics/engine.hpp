@@ -141,7 +141,7 @@ class Engine {
   void substep(double substep_s);
   void divided_tick(double tick_s, int given_substeps);
   void coupled_tick(double tick_s);
-  [[nodiscard]] bool solve_part(double part_s);
+  [[nodiscard]] bool solve_part(double part_s, bool may_divide);
   void note_coupled_reactions();
   void coupled_part(double part_s, int halvings);
   void wake_all();

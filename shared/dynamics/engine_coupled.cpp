@@ -17,12 +17,13 @@ void Engine::coupled_tick(double tick_s) {
   substeps_ = solve_.parts;
 }
 
-/// Solves for the end of a part. False if something would pass through a body.
-bool Engine::solve_part(double h) {
+/// Solves for the end of a part. False if something would pass through a body. A part that may be
+/// divided is not solved where its guess passes.
+bool Engine::solve_part(double h, bool may_divide) {
   solve_.converged = true;
   coupled_->start(state_, h);
   coupled_->restart(listing_);
-  if (coupled_->passes()) return false;
+  if (may_divide && coupled_->passes()) return false;
   for (int k = 0;; ++k) {
     coupled_->solve(solve_, stop_);
     if (stop_ != nullptr && *stop_) return true;
@@ -47,7 +48,7 @@ void Engine::coupled_part(double h, int halvings) {
   if (stop_ != nullptr && *stop_) return;
   if (!listing_holds(h)) list_contacts(h);
   const SolveFigures before = solve_;
-  const bool stays_out = solve_part(h);
+  const bool stays_out = solve_part(h, halvings > 0);
   const bool is_divided =
       stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
   solve_.converged = before.converged && (is_divided || solve_.converged);
