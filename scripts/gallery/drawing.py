@@ -21,6 +21,16 @@ def show_plain_numbers(axis):
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
+def label_logarithmic(axes, title, label_x, label_y):
+    """Axes over decades, with their title and labels."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(label_x)
+    axes.set_ylabel(label_y)
+    axes.set_title(title, loc="left", fontsize=10.5, fontweight="bold")
+    axes.grid(True, which="major", color="0.92")
+
+
 def save(figure, file, dpi=110):
     """Whole or not at all."""
     part = file.with_name(f"{file.stem}.part.png")

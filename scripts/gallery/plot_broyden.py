@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Draws docs/charts/broyden_iterations.png from the table that measure_printed.py writes."""
-from drawing import draw_charts, plt
+from drawing import draw_charts, label_logarithmic, plt
 from tables import read_rows
 
 SOLVERS = (("broyden", "Broyden (paper)", "#D55E00"), ("newton", "Newton, safeguarded", "#0072B2"))
@@ -25,12 +25,7 @@ def draw_panel(axes, curves, title, label):
         failed = [row for row in rows if row[2] > 0]
         axes.plot([row[0] for row in failed], [row[1] for row in failed], "x", color=colour,
                   markersize=7, markeredgewidth=1.6)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("stiffness k h² / m")
-    axes.set_ylabel(label)
-    axes.set_title(title, loc="left", fontsize=10.5, fontweight="bold")
-    axes.grid(True, which="major", color="0.92")
+    label_logarithmic(axes, title, "stiffness k h² / m", label)
 
 
 def draw(charts):

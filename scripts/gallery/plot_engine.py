@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Draws docs/charts/engine_peers.png from the table that measure_engine.py writes."""
-from drawing import draw_charts, plt
+from drawing import draw_charts, label_logarithmic, plt
 from tables import read_rows
 
 COLOURS = {"ours": "#0072B2", "bullet": "#D55E00", "mujoco": "#009E73"}
@@ -19,13 +19,8 @@ def draw_panel(axes, rows, error, title, label_y, label_x):
         axes.plot(float(row[error]), float(row["us"]), MARKS[row["bodies"]], color=COLOURS[engine])
         axes.annotate(how.replace("_N_per_m", " N/m").replace("_", " "), (float(row[error]), float(row["us"])),
                       textcoords="offset points", xytext=(5, 3), fontsize=7, color="0.4")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    label_logarithmic(axes, title, label_x, label_y)
     axes.margins(0.2)
-    axes.set_xlabel(label_x)
-    axes.set_ylabel(label_y)
-    axes.set_title(title, loc="left", fontsize=10.5, fontweight="bold")
-    axes.grid(True, which="major", color="0.92")
 
 
 def draw(charts):

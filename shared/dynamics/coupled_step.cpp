@@ -95,10 +95,6 @@ void CoupledStep::finish(SceneState& state, ContactListing& listing,
 }
 
 void CoupledStep::add_contact_impulses() {
-  const auto is_driven = [&](const ActedPoint& point) {
-    return point.rigid >= 0 &&
-           description_.rigid_bodies[static_cast<std::size_t>(point.rigid)].is_driven;
-  };
   for (const Coupling& contact : contacts_.couplings()) {
     if (!contact.is_active) continue;
     const auto add = [&](Motions& sums) {
@@ -106,7 +102,8 @@ void CoupledStep::add_contact_impulses() {
       add_impulse(contact.b, -contact.impulse_N_s, poses_, sums);
     };
     add(impulses_);
-    if (is_driven(contact.a) && is_driven(contact.b)) add(driven_impulses_);
+    if (is_driven(contact.a, description_) && is_driven(contact.b, description_))
+      add(driven_impulses_);
   }
 }
 

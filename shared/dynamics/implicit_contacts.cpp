@@ -144,23 +144,27 @@ void ImplicitContacts::evaluate(Touch& touch, Coupling& coupling, const Implicit
   coupling.impulse_N_s = touch.push_impulse_N_s * line.direction;
   coupling.slope_kg =
       (h * h * k + (deepens_m > 0.0 ? h * c : 0.0)) * line.direction * line.direction.transpose();
-  set_arms(touch, coupling, line, poses);
+  set_arms(touch, coupling, line, poses, Moment::kMean);
   if (touch.limit_impulse_N_s > 0.0)
     rub(touch, coupling, line.normal, relative_velocity(coupling, velocities, poses), h);
 }
 
 /// From the centres of rigid bodies to the point of contact.
 void ImplicitContacts::set_arms(const Touch& touch, Coupling& coupling, const Line& line,
-                                const ImplicitPoses& poses) const {
-  const double lever = 0.5 * (line.before_m + line.after_m) / (touch.radius_a_m + touch.radius_b_m);
+                                const ImplicitPoses& poses, Moment moment) const {
+  const bool is_mean = moment == Moment::kMean;
+  const double distance_m = is_mean ? 0.5 * (line.before_m + line.after_m) : line.after_m;
+  const double lever = distance_m / (touch.radius_a_m + touch.radius_b_m);
   const auto set_arm = [&](ActedPoint& point, std::int32_t sphere, double out_m) {
     if (point.rigid < 0) return;
-    point.arm_m = poses.mean_arm_m(at(point.rigid), description_.spheres[at(sphere)].local_m) +
-                  out_m * line.normal;
+    const auto r = at(point.rigid);
+    const Eigen::Vector3d& local_m = description_.spheres[at(sphere)].local_m;
+    point.arm_m =
+        (is_mean ? poses.mean_arm_m(r, local_m) : poses.arm_m(r, local_m)) + out_m * line.normal;
   };
   set_arm(coupling.a, touch.sphere_a, -lever * touch.radius_a_m);
   if (touch.field >= 0) {
-    coupling.b.arm_m = field_arm_m(touch, poses) - lever * touch.radius_a_m * line.normal;
+    coupling.b.arm_m = field_arm_m(touch, poses, moment) - lever * touch.radius_a_m * line.normal;
   } else {
     set_arm(coupling.b, touch.sphere_b, lever * touch.radius_b_m);
   }

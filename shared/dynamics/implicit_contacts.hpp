@@ -95,15 +95,16 @@ class ImplicitContacts {
                 std::size_t lane);
   static void turn_stretch(Touch& touch, const Coupling& coupling, const ImplicitPoses& poses);
   [[nodiscard]] Line line_of(const Touch& touch) const;
-  void set_arms_at_end(const Touch& touch, Coupling& coupling, const Line& line,
-                       const ImplicitPoses& poses) const;
   void evaluate_instant(Touch& touch, Coupling& coupling, const ImplicitPoses& poses,
                         const Motions& velocities, Eigen::Ref<Eigen::Vector3d> rate_m_s,
                         EnergyLosses& powers) const;
   [[nodiscard]] Eigen::Vector3d start_line_m(const Touch& touch) const;
+  /// Where in the step: means over it, or its end.
+  enum class Moment { kMean, kEnd };
   void set_arms(const Touch& touch, Coupling& coupling, const Line& line,
-                const ImplicitPoses& poses) const;
-  [[nodiscard]] Eigen::Vector3d field_arm_m(const Touch& touch, const ImplicitPoses& poses) const;
+                const ImplicitPoses& poses, Moment moment) const;
+  [[nodiscard]] Eigen::Vector3d field_arm_m(const Touch& touch, const ImplicitPoses& poses,
+                                            Moment moment) const;
   [[nodiscard]] bool passes(const Touch& touch) const;
   [[nodiscard]] bool passes_field(const Touch& touch) const;
   void set_field(const ContactListing& listing, std::int32_t sphere_b, Touch& touch,

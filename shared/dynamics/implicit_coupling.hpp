@@ -41,6 +41,15 @@ struct MassBlocks {
   std::vector<Block6, Eigen::aligned_allocator<Block6>> rigid;
 };
 
+[[nodiscard]] inline bool is_driven(const ActedPoint& point, const Description& description) {
+  return point.rigid >= 0 &&
+         description.rigid_bodies[static_cast<std::size_t>(point.rigid)].is_driven;
+}
+
+[[nodiscard]] inline Eigen::Vector3d across(const Eigen::Vector3d& v,
+                                            const Eigen::Vector3d& normal) {
+  return v - v.dot(normal) * normal;
+}
 [[nodiscard]] inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;

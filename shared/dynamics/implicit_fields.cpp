@@ -37,10 +37,11 @@ Eigen::Vector3d ImplicitContacts::start_line_m(const Touch& touch) const {
   return (touch.normal.dot(a) - touch.offset_m) * touch.normal;
 }
 
-/// From the centre of the field's body to the sphere's centre, at the middle of the step.
-Eigen::Vector3d ImplicitContacts::field_arm_m(const Touch& touch,
-                                              const ImplicitPoses& poses) const {
+/// From the centre of the field's body to the sphere's centre.
+Eigen::Vector3d ImplicitContacts::field_arm_m(const Touch& touch, const ImplicitPoses& poses,
+                                              Moment moment) const {
   const std::size_t a = at(touch.sphere_a), r = at(description_.fields[at(touch.field)].rigid);
+  if (moment == Moment::kEnd) return after_m_[a] - poses.to().rigid_position_m[r].vector();
   const Vector4 both_m = poses.from().rigid_position_m[r] + poses.to().rigid_position_m[r];
   return 0.5 * (before_m_[a] + after_m_[a] - both_m.vector());
 }

@@ -13,10 +13,6 @@ std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
 
-Eigen::Vector3d across(const Eigen::Vector3d& v, const Eigen::Vector3d& normal) {
-  return v - v.dot(normal) * normal;
-}
-
 }  // namespace
 
 /// Turns the stretch of friction with the normal, and about it with both sides. Keeps its length.

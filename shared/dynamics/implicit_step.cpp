@@ -51,10 +51,9 @@ void ImplicitStep::start(const SceneState& state, double step_s) {
 bool ImplicitStep::turns_far() const {
   constexpr double kLargestTurn_rad = 1.0;
   const auto is_far = [&](const ActedPoint& point) {
-    if (point.rigid < 0) return false;
+    if (point.rigid < 0 || is_driven(point, description_)) return false;
     const auto r = static_cast<std::size_t>(point.rigid);
-    const double turn_rad = poses_.step_s() * velocities_[poses_.spin(r)].vector().norm();
-    return turn_rad > kLargestTurn_rad && !description_.rigid_bodies[r].is_driven;
+    return poses_.step_s() * velocities_[poses_.spin(r)].vector().norm() > kLargestTurn_rad;
   };
   return std::ranges::any_of(active_, [&](const Coupling* coupling) {
     return is_far(coupling->a) || is_far(coupling->b);

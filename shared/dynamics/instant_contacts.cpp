@@ -13,10 +13,6 @@ std::size_t at(std::int32_t index) {
   return static_cast<std::size_t>(index);
 }
 
-Eigen::Vector3d across(const Eigen::Vector3d& v, const Eigen::Vector3d& normal) {
-  return v - v.dot(normal) * normal;
-}
-
 }  // namespace
 
 void ImplicitContacts::write_stretches(Eigen::Ref<Eigen::Matrix3Xd> stretches_m) const {
@@ -34,24 +30,6 @@ void ImplicitContacts::evaluate_instant(const ImplicitPoses& poses, const Motion
     touches_[k].stretch_m = stretches_m.col(column);
     evaluate_instant(touches_[k], couplings_[k], poses, velocities, rates_m_s.col(column), powers);
   }
-}
-
-/// From the centres of rigid bodies to the point of contact at the end.
-void ImplicitContacts::set_arms_at_end(const Touch& touch, Coupling& coupling, const Line& line,
-                                       const ImplicitPoses& poses) const {
-  const double lever = line.after_m / (touch.radius_a_m + touch.radius_b_m);
-  const auto set_arm = [&](ActedPoint& point, std::int32_t sphere, double out_m) {
-    if (point.rigid < 0) return;
-    point.arm_m = poses.arm_m(at(point.rigid), description_.spheres[at(sphere)].local_m) +
-                  out_m * line.normal;
-  };
-  set_arm(coupling.a, touch.sphere_a, -lever * touch.radius_a_m);
-  if (touch.field >= 0)
-    coupling.b.arm_m = after_m_[at(touch.sphere_a)] -
-                       poses.to().rigid_position_m[at(coupling.b.rigid)].vector() -
-                       lever * touch.radius_a_m * line.normal;
-  else
-    set_arm(coupling.b, touch.sphere_b, lever * touch.radius_b_m);
 }
 
 void ImplicitContacts::evaluate_instant(Touch& touch, Coupling& coupling,
@@ -77,7 +55,7 @@ void ImplicitContacts::evaluate_instant(Touch& touch, Coupling& coupling,
     if (k > 0.0) rate_m_s = -k / c_along * touch.stretch_m;
     return;
   }
-  set_arms_at_end(touch, coupling, line, poses);
+  set_arms(touch, coupling, line, poses, Moment::kEnd);
   const Eigen::Vector3d velocity = relative_velocity(coupling, velocities, poses);
   const double deepens_m_s = std::max(0.0, -line.normal.dot(velocity));
   const double push_N = k * depth_m + c * deepens_m_s, limit_N = touch.friction * push_N;
@@ -101,10 +79,8 @@ void ImplicitContacts::evaluate_instant(Touch& touch, Coupling& coupling,
   };
   const double turns_rad_s = 0.5 * (spin_rad_s(coupling.a) + spin_rad_s(coupling.b));
   rate_m_s = touch.stiffness_root * (stretches_m_s + turns_rad_s * line.normal.cross(stretch));
-  const auto is_driven = [&](const ActedPoint& point) {
-    return point.rigid >= 0 && description_.rigid_bodies[at(point.rigid)].is_driven;
-  };
-  if (is_driven(coupling.a) && is_driven(coupling.b)) return;  // no energy of the scene
+  if (is_driven(coupling.a, description_) && is_driven(coupling.b, description_))
+    return;  // no energy of the scene
   powers.contact_damping_J += c * deepens_m_s * deepens_m_s;
   powers.friction_J += drag_N.dot(slip) - k * stretch.dot(stretches_m_s);
 }

@@ -49,6 +49,7 @@ class CvodeStep final : public CoupledStep {
     Eigen::Map<Eigen::Vector3d> losses;
   };
   [[nodiscard]] Parts parts_of(N_Vector y) const;
+  [[nodiscard]] Eigen::Index size() const;
   [[nodiscard]] SunVector begun_state() const;
   [[nodiscard]] SunVector tolerances() const;
   void place(double at_s, const Parts& y);
@@ -127,10 +128,13 @@ CvodeStep::Parts CvodeStep::parts_of(N_Vector y) const {
   return {moved, velocities, stretches, reaction, Eigen::Map<Eigen::Vector3d>(from)};
 }
 
+Eigen::Index CvodeStep::size() const {
+  return static_cast<Eigen::Index>(6 * moving_.size() + kReaction * driven_.size()) +
+         rates_m_s_.size() + kLosses;
+}
+
 SunVector CvodeStep::begun_state() const {
-  const auto size = static_cast<Eigen::Index>(6 * moving_.size() + kReaction * driven_.size()) +
-                    rates_m_s_.size() + kLosses;
-  SunVector y = make_sun_vector(size, context_.get());
+  SunVector y = make_sun_vector(size(), context_.get());
   values_of(y.get()).setZero();
   const Parts parts = parts_of(y.get());
   contacts_.write_stretches(parts.stretches);
@@ -146,7 +150,7 @@ SunVector CvodeStep::begun_state() const {
 }
 
 SunVector CvodeStep::tolerances() const {
-  SunVector all = make_sun_vector(NV_LENGTH_S(begun_state().get()), context_.get());
+  SunVector all = make_sun_vector(size(), context_.get());
   Parts parts = parts_of(all.get());
   parts.velocities.setConstant(tolerance_m_s_);
   auto spins = parts.velocities.rightCols(static_cast<Eigen::Index>(bodies_.size()));
@@ -271,9 +275,8 @@ void CvodeStep::solve(SolveFigures& figures, const std::atomic<bool>* stop) {
   losses_ = {};
   const SunVector y = begun_state(), absolute = tolerances();
   // The norm of errors is over all components; those that choose no step are to count for nothing.
-  const double share = moving_.empty()
-                           ? 1.0
-                           : std::sqrt(6.0 * double(moving_.size()) / double(NV_LENGTH_S(y.get())));
+  const double share =
+      moving_.empty() ? 1.0 : std::sqrt(6.0 * double(moving_.size()) / double(size()));
   N_VScale(share, absolute.get(), absolute.get());
   const SunMemory<CVodeFree> memory(sun_checked(CVodeCreate(CV_BDF, context_.get())));
   const SunLinearSolver linear(

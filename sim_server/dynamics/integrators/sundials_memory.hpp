@@ -5,7 +5,6 @@
 #include <sundials/sundials_linearsolver.h>
 
 #include <Eigen/Core>
-#include <exception>
 #include <memory>
 #include <new>
 #include <type_traits>
@@ -66,16 +65,5 @@ inline void ignore_message(int, const char*, const char*, char*, void*) {}
 
 /// What a callback answers: SUNDIALS tries again from nearer after a recoverable failure.
 inline constexpr int kSunDone = 0, kSunRetry = 1, kSunStop = -1;
-
-/// Runs a callback's work; C code between must not see an exception, so it is kept for later.
-template <class Work>
-[[nodiscard]] int keep_exception(std::exception_ptr& kept, const Work& work) noexcept {
-  try {
-    return work();
-  } catch (...) {
-    kept = std::current_exception();
-    return kSunStop;
-  }
-}
 
 }  // namespace stillgrid::dynamics

@@ -10,11 +10,13 @@ namespace stillgrid::dynamics {
 /// and end. A step by the exact Jacobian is tried after slow steps, as where friction couples
 /// strongly; it is kept if it at least halves the residual. Each step is solved no more accurately
 /// than its residual asks for [Eisenstat, Walker 1996].
-class NewtonSolver : public NonlinearSolver {
+class NewtonSolver {
  public:
   /// tolerance: rms of the scaled residual at which it has converged.
   explicit NewtonSolver(double tolerance) : tolerance_(tolerance) {}
-  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
+  /// Leaves in u the solution, or the iterate of least residual if none was good enough; the system
+  /// is left at that u. Takes its iterations from the budget and stops when that is spent.
+  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget);
 
  private:
   bool exact_step(NonlinearSystem& system, Eigen::VectorXd& u, const Budget& budget);

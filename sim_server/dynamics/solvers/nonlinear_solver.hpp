@@ -69,19 +69,4 @@ struct SolveReport {
   double residual = 0.0;
 };
 
-/// Solves a NonlinearSystem from a first guess; bounded in iterations and by its budget.
-class NonlinearSolver {
- public:
-  NonlinearSolver() = default;
-  virtual ~NonlinearSolver() = default;
-  NonlinearSolver(const NonlinearSolver&) = delete;
-  NonlinearSolver& operator=(const NonlinearSolver&) = delete;
-  NonlinearSolver(NonlinearSolver&&) = delete;
-  NonlinearSolver& operator=(NonlinearSolver&&) = delete;
-
-  /// Leaves in u the solution, or the iterate of least residual if none was good enough; the system
-  /// is left at that u. Takes its iterations from the budget and stops when that is spent.
-  virtual SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) = 0;
-};
-
 }  // namespace stillgrid::dynamics
