@@ -116,6 +116,22 @@ TEST_CASE("By implicit Euler no ball passes through another, at any speed", "[dy
       }
 }
 
+TEST_CASE("By implicit Euler a ball falls, however fast a block whirls on the floor",
+          "[dynamics]") {
+  // 1e4 rad in a step: beyond all halvings.
+  EngineScene scene;
+  scene.with_gravity();
+  scene.add_plane(Eigen::Vector3d::UnitZ(), 0.0);
+  const int block = scene.add_block(0.1, {0.02, 0.02, 0.02}, {0.0, 0.0, 0.00999});
+  scene.state.angular_velocity_rad_s[static_cast<std::size_t>(block)] = {0.0, 0.0, 1e5};
+  const int ball = scene.add_ball(kRadius_m, {3.0, 0.0, 2.0});
+  Engine engine = scene.engine(kImplicit);
+  engine.step({}, 0.1);
+  CHECK(engine.solve().passes > 0);
+  CHECK(engine.state().rigid_velocity_m_s[static_cast<std::size_t>(ball)].z ==
+        Approx(-0.1 * kGravity_m_s2).epsilon(1e-6));
+}
+
 TEST_CASE("By implicit Euler a run through a saved block is equal to the bit, on every target",
           "[dynamics]") {
   const auto run = [](Engine& engine, const DrawnScene& drawn, int ticks) {
