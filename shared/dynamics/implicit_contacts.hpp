@@ -99,7 +99,7 @@ class ImplicitContacts {
                         const Motions& velocities, Eigen::Ref<Eigen::Vector3d> rate_m_s,
                         EnergyLosses& powers) const;
   [[nodiscard]] Eigen::Vector3d start_line_m(const Touch& touch) const;
-  /// Where in the step: means over it, or its end.
+  /// When an arm is taken: as a mean over the step, or at its end.
   enum class Moment { kMean, kEnd };
   void set_arms(const Touch& touch, Coupling& coupling, const Line& line,
                 const ImplicitPoses& poses, Moment moment) const;

@@ -14,8 +14,9 @@ class NewtonSolver {
  public:
   /// tolerance: rms of the scaled residual at which it has converged.
   explicit NewtonSolver(double tolerance) : tolerance_(tolerance) {}
-  /// Leaves in u the solution, or the iterate of least residual if none was good enough; the system
-  /// is left at that u. Takes its iterations from the budget and stops when that is spent.
+  /// Writes the solution to u, and leaves the system there. If no iterate is good enough, it takes
+  /// the one of least residual. It counts down the iterations of the budget, and stops when that is
+  /// spent.
   SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget);
 
  private:
