@@ -8,6 +8,7 @@ namespace {
 constexpr int kHalvings = 12;        // of a step in which something would pass through a body
 constexpr int kHalvingsToSolve = 4;  // of one whose equations are not solved
 constexpr int kListings = 3;         // of one part, as its solution moves on
+constexpr long kMostWork = 20'000;   // iterations and products of a tick
 
 }  // namespace
 
@@ -43,9 +44,16 @@ void Engine::note_coupled_reactions() {
     coupled_->add_reaction(driven_[k], reactions_[k]);
 }
 
-/// Halves the part where it has no solution: shorter steps are nearer to their start.
+/// Halves the part where it has no solution: shorter steps are nearer to their start. What the
+/// method does not solve with the work of a tick is left to small steps.
 void Engine::coupled_part(double h, int halvings) {
   if (stop_ != nullptr && *stop_) return;
+  if (solve_.iterations + solve_.products >= kMostWork) {
+    solve_.converged = false;
+    divided_tick(h, 0);
+    solve_.parts += substeps_;
+    return;
+  }
   if (!listing_holds(h)) list_contacts(h);
   const SolveFigures before = solve_;
   const bool stays_out = solve_part(h, halvings > 0);

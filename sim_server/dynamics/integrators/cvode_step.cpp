@@ -19,7 +19,7 @@ namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kMaxTurn_rad = 2.0;  // in a tick; at a whole turn rotation vectors end
-constexpr long kMaxSteps = 20'000;    // in a tick
+constexpr long kMaxSteps = 5'000;     // in a part of a tick
 constexpr int kKrylov = 30;           // largest dimension of a Krylov space
 constexpr double kAnyError = 1e30;    // absolute tolerance of components that choose no step
 /// In the state, of a driven body: impulse and moment, of all forces and by driven bodies.

@@ -37,9 +37,10 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
       {sim_server::moving(sim_server::box({0, 0, 0}, {0.01, 0.03, 0.05}, 0.05, {0.01, 0.005}),
                           {0.1, 0.2, 0.3}, spin_rad_s)}));
   const bodies::RigidBody& body = simulation.world().rigid_bodies[0];
-  // sqrt(6) equations of the residual in N m s: tolerance * I / reach each.
+  // sqrt(6) equations of the residual in N m s: tolerance * I / reach each, and a
+  // share for the turn of the inertia.
   const double allowed =
-      std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.bounding_radius_m;
+      1.01 * std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.bounding_radius_m;
 
   Eigen::Vector3d before = world_inertia(body) * body.angular_velocity_rad_s;
   for (int i = 0; i < 300; ++i) {
