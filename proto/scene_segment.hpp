@@ -187,10 +187,14 @@ struct SceneHeader {
   std::uint32_t reserved;
   std::array<FieldBody, kMaxFields> fields;
   TouchShape touch_lists;
+  std::uint64_t model_offset;    // bytes from the segment's start to the scene's model
+  std::uint64_t model_bytes;     // 0: none, and no snapshot has a state
+  std::uint64_t state_capacity;  // bytes that a slot has for a state, a multiple of 8
 };
 
 /// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock. Behind
-/// it stand the grid's arrays, the responses, and a FieldRecord for each field that moves.
+/// it stand the grid's arrays, the responses, a FieldRecord for each field that moves, and the
+/// state.
 struct SnapshotHeader {
   std::uint64_t snapshot_id;
   std::uint64_t
@@ -210,12 +214,16 @@ struct SnapshotHeader {
   std::array<ResponseMode, kMaxModes> modes;
   std::array<TurningBody, kMaxTurningBodies> turning;
   double largest_response;  // of any sphere, all modes together; sqrt(m/N)
+  // The state from which another process continues, behind all else in the slot.
+  std::uint64_t state_bytes;  // 0: none
+  std::uint64_t state_tick;   // the moment it belongs to: its number on the path of the tool
+  std::uint64_t state_hash;   // of positions and velocities: equal hashes, equal states
   GridShape grid;
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<34>({sizeof(SegmentHeader),
+    layout_hash<36>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -248,6 +256,8 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      kBrickNodes,
                      offsetof(SceneHeader, touch_lists),
                      sizeof(TouchShape),
-                     sizeof(TouchLabel)});
+                     sizeof(TouchLabel),
+                     offsetof(SceneHeader, model_offset),
+                     offsetof(SnapshotHeader, state_bytes)});
 
 }  // namespace stillgrid::proto

@@ -54,6 +54,26 @@ struct DeviceFigures {
   std::array<double, 4> axes;
 };
 
+/// Ticks of 1 ms of the tool's path that its segment keeps, and their length.
+inline constexpr std::size_t kPathLength = 4096;
+inline constexpr std::uint64_t kPathTick_ns = 1'000'000;
+
+/// Where the tool was in one tick: number n is the moment n * kPathTick_ns of the segment's clock.
+/// It stands at n modulo kPathLength. Its number is kNever while it is written.
+struct PathSample {
+  std::uint64_t number;
+  std::array<double, 3> position_m;
+  std::array<double, 4> orientation_xyzw;
+  std::array<double, 3> velocity_m_s;
+};
+static_assert(sizeof(PathSample) == 88);
+
+/// The last ticks of the path. Follows SegmentHeader.
+struct ToolPath {
+  std::uint64_t newest;  // number of the newest sample; 0: there is none
+  std::array<PathSample, kPathLength> samples;
+};
+
 /// Pose and force of the tool: haptic_server writes it every tick, sim_server reads the latest.
 /// Scene frame, SI units. Layout and lifetime: docs/protocol.md.
 struct ToolState {
@@ -69,10 +89,10 @@ struct ToolState {
 };
 static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 576);
 
-inline constexpr std::uint64_t kToolLayoutHash = layout_hash<9>(
+inline constexpr std::uint64_t kToolLayoutHash = layout_hash<11>(
     {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
      offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState), offsetof(ToolState, before),
      offsetof(ToolState, device), offsetof(TickFigures, displayed), kMaxModes,
-     offsetof(DisplayedSnapshot, shifts)});
+     offsetof(DisplayedSnapshot, shifts), sizeof(PathSample), sizeof(ToolPath)});
 
 }  // namespace stillgrid::proto
