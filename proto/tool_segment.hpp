@@ -70,7 +70,7 @@ static_assert(sizeof(PathSample) == 88);
 
 /// The last ticks of the path. Follows SegmentHeader.
 struct ToolPath {
-  std::uint64_t newest;  // number of the newest sample; 0: there is none
+  std::uint64_t newest;  // number of the newest sample; kNever: there is none
   std::array<PathSample, kPathLength> samples;
 };
 
@@ -79,6 +79,7 @@ struct ToolPath {
 struct ToolState {
   std::uint64_t time_ns;                   // the haptic clock, when the device was read
   std::uint64_t tick;                      // number of the tick, from 1
+  std::uint64_t path_number;               // of the moment that the tick stands for, see PathSample
   std::array<double, 3> position_m;        // tool origin
   std::array<double, 4> orientation_xyzw;  // unit quaternion, scene from tool
   std::array<double, 3> velocity_m_s;      // the server's estimate
@@ -87,7 +88,7 @@ struct ToolState {
   TickFigures before;  // of the tick before
   DeviceFigures device;
 };
-static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 576);
+static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 584);
 
 inline constexpr std::uint64_t kToolLayoutHash = layout_hash<11>(
     {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
