@@ -20,18 +20,20 @@ std::string unique_session() {
 
 LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
                                        LockstepSchedule schedule, CostClock now_s,
-                                       double prediction_s)
+                                       double prediction_s, bool with_state)
     : session_(unique_session()),
-      predicts_(predicts(scene) && prediction_s != kNoPrediction),
+      predicts_(predicts(scene) && prediction_s != kNoPrediction && !with_state),
       prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
-      writer_(session_, static_scene(scene, simulation_), simulation_.world().spheres.size(),
-              realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
+      writer_(session_, static_scene(scene, simulation_, 0, with_state),
+              simulation_.world().spheres.size(), realtime::to_ns(scene.period_s),
+              proto::Clock::kVirtual, 0),
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
+  if (with_state) paths_.emplace(simulation_, 0);
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
-                  simulation_.field_records());
+                  simulation_.field_records(), state());
 }
 
 publication::SceneView LockstepSimulation::view() const {
@@ -51,7 +53,8 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
     }
     if (times_->publish_ns > now_ns) return;
     const double began_s = now_s();
-    writer_.publish(simulation_.snapshot(), *times_, prediction_, simulation_.field_records());
+    writer_.publish(simulation_.snapshot(), *times_, prediction_, simulation_.field_records(),
+                    state());
     if (clock_s_) step_s_.back() += now_s() - began_s;
     if (after_publication) after_publication(simulation_, *times_, prediction_);
     times_.reset();
@@ -59,10 +62,16 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
   }
 }
 
+dynamics::StepReport LockstepSimulation::step_to_state(const dynamics::TakeTool& take_tool) {
+  if (!paths_) return simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool);
+  snapshot_.state_ns -= snapshot_.state_ns % proto::kPathTick_ns;
+  paths_->follow(0, tool_);
+  return paths_->step_to(snapshot_.state_ns / proto::kPathTick_ns, simulation_, {});
+}
+
 void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterStep& after_step) {
   const double began_s = now_s();
-  const dynamics::StepReport report =
-      simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool);
+  const dynamics::StepReport report = step_to_state(take_tool);
   times_ = times_of(snapshot_, report);
   if (predicts_) prediction_ = simulation_.predict_next(prediction_s_);
   if (clock_s_) step_s_.push_back(now_s() - began_s);

@@ -11,6 +11,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/path_steps.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid::sim_server {
@@ -34,9 +35,14 @@ class LockstepSimulation {
 
   /// world: build_world(scene), moved. now_s: by which steps are measured; empty: they are not.
   /// prediction_s: of the step that snapshots predict; 0: the scene's period.
-  /// Snapshots have no predictions if it is kNoPrediction. Throws SegmentError.
+  /// Snapshots have no predictions if it is kNoPrediction. with_state: they carry the state, and no
+  /// predictions. Throws SegmentError.
   LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
-                     LockstepSchedule schedule, CostClock now_s = {}, double prediction_s = 0.0);
+                     LockstepSchedule schedule, CostClock now_s = {}, double prediction_s = 0.0,
+                     bool with_state = false);
+
+  /// Steps keep to that tool's path from now on. Pre: with_state; the view outlives this.
+  void follow(const publication::ToolView& tool) noexcept { tool_ = &tool; }
 
   /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
   /// and shows each snapshot that is due by then. Throws std::domain_error as Simulation::step().
@@ -54,6 +60,10 @@ class LockstepSimulation {
 
  private:
   void step(const dynamics::TakeTool& take_tool, const AfterStep& after_step);
+  [[nodiscard]] dynamics::StepReport step_to_state(const dynamics::TakeTool& take_tool);
+  [[nodiscard]] publication::SnapshotState state() const {
+    return paths_ ? paths_->state() : publication::SnapshotState();
+  }
   [[nodiscard]] double now_s() const { return clock_s_ ? clock_s_() : 0.0; }
 
   std::string session_;
@@ -61,6 +71,8 @@ class LockstepSimulation {
   double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
+  std::optional<PathSteps> paths_;               // of snapshots with a state
+  const publication::ToolView* tool_ = nullptr;  // to follow
   publication::SceneWriter writer_;
   LockstepSchedule schedule_;
   ScheduledSnapshot snapshot_;                       // the next, or computed and not yet shown

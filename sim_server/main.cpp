@@ -105,6 +105,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
                    "each under the scene's hand, a line of JSON; scene_fit does")
           ->excludes(lockstep)
           ->excludes(offline);
+  app.add_flag("--with-state", server.with_state,
+               "Publish the state with each snapshot and keep to the tools' paths, for "
+               "haptic_server --transition local; one hand, velocity Verlet, no fields")
+      ->excludes(offline);
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);

@@ -20,10 +20,24 @@ std::vector<publication::PublishedField> published_fields(const bodies::World& w
   return fields;
 }
 
+/// A state grows with the contacts that are listed.
+void add_model(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
+               publication::StaticScene& fixed) {
+  constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
+  const bodies::World& world = simulation.world();
+  const std::vector<scene::Hand> hands = scene::hands_of(scene);
+  fixed.model = dynamics::encode(
+      dynamics::model_of(dynamics::described(world, hands, scene.sleeping), world));
+  std::vector<std::byte> state;
+  (void)simulation.save_state(state);
+  fixed.state_capacity = 2 * state.size() + kBytesOfSphere * world.spheres.size() + kBytesOfScene;
+}
+
 }  // namespace
 
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                      const dynamics::Simulation& simulation, std::size_t number) {
+                                      const dynamics::Simulation& simulation, std::size_t number,
+                                      bool with_state) {
   const scene::Hand hand = scene::hands_of(scene)[number];
   const bodies::World& world = simulation.world();
   publication::StaticScene fixed;
@@ -42,7 +56,8 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
-  fixed.predicts = predicts(scene);
+  fixed.predicts = predicts(scene) && !with_state;
+  if (with_state) add_model(scene, simulation, fixed);
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);
   const scene::DeviceFrame& device = hand.device;
@@ -54,10 +69,11 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
 }
 
 std::vector<publication::HandScene> hand_scenes(const scene::SceneDescription& scene,
-                                                const dynamics::Simulation& simulation) {
+                                                const dynamics::Simulation& simulation,
+                                                bool with_state) {
   std::vector<publication::HandScene> hands;
   for (const scene::Hand& hand : scene::hands_of(scene))
-    hands.push_back({hand.name, static_scene(scene, simulation, hands.size())});
+    hands.push_back({hand.name, static_scene(scene, simulation, hands.size(), with_state)});
   return hands;
 }
 

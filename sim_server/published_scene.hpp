@@ -17,14 +17,16 @@ namespace stillgrid::sim_server {
   return scene.period_s > 1.000001e-3;  // a rounding longer than a millisecond
 }
 
-/// What is published of a scene for one of its hands, once, before its first snapshot.
+/// What is published of a scene for one of its hands, once, before its first snapshot. with_state:
+/// with the model that continues from the states of its snapshots, and then without predictions.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                                     const dynamics::Simulation& simulation,
-                                                    std::size_t hand = 0);
+                                                    std::size_t hand = 0, bool with_state = false);
 
 /// Of all its hands.
 [[nodiscard]] std::vector<publication::HandScene> hand_scenes(
-    const scene::SceneDescription& scene, const dynamics::Simulation& simulation);
+    const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
+    bool with_state = false);
 
 /// The tool as the simulation takes it.
 [[nodiscard]] std::optional<dynamics::ToolSample> sample_of(

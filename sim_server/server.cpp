@@ -13,6 +13,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 #include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/path_steps.hpp"
 #include "sim_server/published_scene.hpp"
 
 namespace stillgrid::sim_server {
@@ -76,12 +77,14 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
   const std::uint64_t start_ns = realtime::monotonic_ns();
   publication::Session session(
       session_spec(scene, options, simulation, proto::Clock::kMonotonic, start_ns), std::move(lock),
-      hand_scenes(scene, simulation));
+      hand_scenes(scene, simulation, options.with_state));
   std::vector<dynamics::TakeTool> take_tools;
   for (publication::HandSession& hand : session.hands()) {
     hand.tool().start();
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
+  std::optional<PathSteps> paths;
+  if (options.with_state) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step,
                            const publication::SnapshotPrediction& prediction) {
@@ -95,7 +98,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
                                            .step_ns = now_ns - began_ns,
                                            .contacts = static_cast<std::uint64_t>(step.contacts),
                                            .tool_work_J = step.tools[hand].work_J};
-    writer.publish(simulation.snapshot(), times, prediction, simulation.field_records());
+    writer.publish(simulation.snapshot(), times, prediction, simulation.field_records(),
+                   paths ? paths->state() : publication::SnapshotState());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, hand, times);
   };
@@ -110,16 +114,21 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     if (stop) break;
     report.late_steps += wake.skipped;
     const dynamics::Budget budget = budget_of(scene.period_s, stop);
-    const dynamics::StepReport step = simulation.step(scene.period_s, take_tools, budget);
+    if (paths)
+      for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
+        paths->follow(hand, session.hands()[hand].tool().acquire());
+    const dynamics::StepReport step =
+        paths ? paths->step_to(paths->newest(wake.now_ns / proto::kPathTick_ns), simulation, budget)
+              : simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
       publication::SnapshotPrediction prediction;
-      if (predicts(scene)) {
+      if (predicts(scene) && !paths) {
         const std::uint64_t began_ns = realtime::monotonic_ns();
         prediction = simulation.predict_next(scene.period_s, budget, hand);
         report.predict_ns.record(realtime::monotonic_ns() - began_ns);
       }
-      publish(hand, wake.deadline_ns, wake.now_ns, step, prediction);
+      publish(hand, paths ? paths->time_ns() : wake.deadline_ns, wake.now_ns, step, prediction);
     }
     count_step(report, step);
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
@@ -132,13 +141,16 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
   publication::Session session(session_spec(scene, options, simulation, proto::Clock::kVirtual, 0),
-                               std::move(lock), hand_scenes(scene, simulation));
+                               std::move(lock), hand_scenes(scene, simulation, options.with_state));
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
+  std::optional<PathSteps> paths;
+  if (options.with_state) paths.emplace(simulation, 0);
+  const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
-                          simulation.field_records());
+                          simulation.field_records(), state());
   ++report.snapshots;
   session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
   session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
@@ -154,12 +166,20 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peers.wait(&Header::lockstep_sample_ns, snapshot.sample_ns + 1)) break;
     if (!options.duration_s && peers.have_ended()) break;
+    if (paths) {
+      for (std::size_t hand = 0; hand < hands; ++hand)
+        paths->follow(hand, session.hands()[hand].tool().acquire());
+      snapshot.state_ns -= snapshot.state_ns % proto::kPathTick_ns;
+    }
+    const dynamics::Budget budget{.stop = &stop};
     const dynamics::StepReport step =
-        simulation.step(to_s(snapshot.step_ns), take_tools, {.stop = &stop});
+        paths ? paths->step_to(snapshot.state_ns / proto::kPathTick_ns, simulation, budget)
+              : simulation.step(to_s(snapshot.step_ns), take_tools, budget);
     if (step.stopped) break;
     // The hands tick on meanwhile; the predictions for the others take the place of this one.
     publication::SnapshotPrediction prediction;
-    if (predicts(scene)) prediction = simulation.predict_next(scene.period_s);
+    const bool has_predictions = predicts(scene) && !paths;
+    if (has_predictions) prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
 
     const ScheduledSnapshot shown = snapshot;
@@ -167,12 +187,12 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
     if (!peers.wait(&Header::lockstep_event_ns, shown.publish_ns)) break;
     for (std::size_t hand = 0; hand < hands; ++hand) {
-      if (hand > 0 && predicts(scene))
+      if (hand > 0 && has_predictions)
         prediction = simulation.predict_next(scene.period_s, {}, hand);
       publication::SceneWriter& writer = session.hands()[hand].writer();
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
-      writer.publish(simulation.snapshot(), times, prediction, simulation.field_records());
+      writer.publish(simulation.snapshot(), times, prediction, simulation.field_records(), state());
       count_snapshot(report, hand, times);
     }
     // A promise that the next one replaces at once would be seen by some hands only.

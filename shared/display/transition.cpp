@@ -190,6 +190,8 @@ constexpr std::array kTransitions = {
     TransitionLaw{Transition::kPlayout, "playout", "as late as snapshots come", false, playout},
     TransitionLaw{Transition::kPredict, "predict",
                   "the simulation's own next step, for the hand where it is", true, predict},
+    TransitionLaw{Transition::kLocal, "local",
+                  "the simulation itself, goes on here from its snapshots", false, hold},
 };
 
 }  // namespace

@@ -11,7 +11,16 @@
 namespace stillgrid::display {
 
 /// How the displayed scene passes from one snapshot to the next: a row of transitions() each.
-enum class Transition { kHold, kLinear, kRestart, kHermite, kExtrapolate, kPlayout, kPredict };
+enum class Transition {
+  kHold,
+  kLinear,
+  kRestart,
+  kHermite,
+  kExtrapolate,
+  kPlayout,
+  kPredict,
+  kLocal
+};
 
 /// How late `predict` shows what is compliant, period_s being that of its prediction and body_kg
 /// the inertia by which it resists: the lag's drag damps a body that moves with the hand, which

@@ -27,9 +27,9 @@ int substeps_by_contacts(const ContactRates& rates, double tick_s) {
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min<double>(asked, kMaxSubsteps))) : 1;
 }
 
-// Iterations of a substep, in turn forwards and backwards. With four an undamped block that many
+// Iterations of a substep, in turn forwards and backwards. With three an undamped block that many
 // contacts bear gains energy.
-constexpr int kIterations = 5, kIterationsOfBalls = 2;
+constexpr int kIterations = 4, kIterationsOfBalls = 2;
 
 Description validated(Description description) {
   validate(description);

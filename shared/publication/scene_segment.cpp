@@ -52,6 +52,9 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   std::copy(fields.bodies.begin(), fields.bodies.end(), header.fields.begin());
   header.touch_lists = touch_lists.shape();
   header.touch_lists.offset = touch_offset(static_grid.layout());
+  header.model_offset = (fields.end_bytes + 7) / 8 * 8;
+  header.model_bytes = scene.model.size();
+  header.state_capacity = scene.model.empty() ? 0 : (scene.state_capacity + 7) / 8 * 8;
   return header;
 }
 
@@ -76,16 +79,27 @@ std::size_t payload_words(const collision::GridLayout& moving, std::size_t movin
              : field_word(moving, moving_fields) + moving_fields * sizeof(proto::FieldRecord) / 8;
 }
 
+/// Where the state is: behind the fields.
+std::size_t state_word(const collision::GridLayout& moving, std::size_t moving_fields) {
+  return (payload_words(moving, moving_fields) + 7) / 8 * 8;
+}
+
+std::size_t slot_bytes(const collision::GridLayout& moving, std::size_t moving_fields,
+                       std::size_t state_capacity) {
+  return state_capacity == 0 ? payload_words(moving, moving_fields) * 8
+                             : state_word(moving, moving_fields) * 8 + state_capacity;
+}
+
 SegmentSpec scene_spec(const FieldPlaces& fields, const collision::GridLayout& moving,
-                       std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
-                       std::optional<gid_t> readers) {
+                       const proto::SceneHeader& scene, std::uint64_t period_ns, proto::Clock clock,
+                       std::uint64_t start_ns, std::optional<gid_t> readers) {
   return {.kind = proto::SegmentKind::kScene,
           .layout_hash = proto::kSceneLayoutHash,
           .period_ns = period_ns,
           .clock = clock,
           .start_ns = start_ns,
-          .fixed_bytes = fields.end_bytes,
-          .payload_bytes = payload_words(moving, fields.moving_count) * 8,
+          .fixed_bytes = scene.model_offset + scene.model_bytes,
+          .payload_bytes = slot_bytes(moving, fields.moving_count, scene.state_capacity),
           .readers = readers};
 }
 
@@ -162,13 +176,17 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
       responses_(responses_end_word(moving_, fields_.moving_count) - response_word(moving_)),
       field_records_(fields_.moving_count * sizeof(proto::FieldRecord) / 8),
       fixed_(scene_header(scene, static_grid_, touch_lists, moving_, fields_)),
-      segment_(std::move(lock), scene_spec(fields_, moving_, period_ns, clock, start_ns, readers)) {
+      segment_(std::move(lock),
+               scene_spec(fields_, moving_, fixed_, period_ns, clock, start_ns, readers)) {
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed_, sizeof fixed_);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
   std::memcpy(segment_.bytes() + fixed_.touch_lists.offset, touch_lists.words().data(),
               touch_lists.words().size_bytes());
   write_fields(scene.fields, fields_, segment_.bytes());
+  if (!scene.model.empty())
+    std::memcpy(segment_.bytes() + fixed_.model_offset, scene.model.data(), scene.model.size());
+  state_.resize(fixed_.state_capacity / 8);
   segment_.announce();
 }
 
@@ -196,7 +214,8 @@ double SceneWriter::largest_of(const SnapshotPrediction& prediction,
 
 void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                           const SnapshotPrediction& prediction,
-                          std::span<const proto::FieldRecord> fields) noexcept {
+                          std::span<const proto::FieldRecord> fields,
+                          const SnapshotState& state) noexcept {
   assert(snapshot.layout() == moving_ && fields.size() == fields_.moving_count);
   assert(prediction.modes.size() <= proto::kMaxModes);
   assert(prediction.turning.size() <= proto::kMaxTurningBodies);
@@ -226,6 +245,10 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.turning = {};
   std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
   snapshot_.largest_response = largest_of(prediction, fields);
+  const bool has_state = state.bytes.size() <= fixed_.state_capacity;
+  snapshot_.state_bytes = has_state ? state.bytes.size() : 0;
+  snapshot_.state_tick = state.tick;
+  snapshot_.state_hash = state.hash;
   snapshot_.grid = snapshot.view().shape;
 
   const auto header =
@@ -236,6 +259,9 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   const std::span<const std::uint64_t> responses(responses_.data(),
                                                  prediction.responses.size_bytes() / 8);
   if (!fields.empty()) std::memcpy(field_records_.data(), fields.data(), fields.size_bytes());
+  if (snapshot_.state_bytes > 0)
+    std::memcpy(state_.data(), state.bytes.data(), snapshot_.state_bytes);
+  const std::span<const std::uint64_t> state_words(state_.data(), (snapshot_.state_bytes + 7) / 8);
   double_buffer::publish(segment_.buffer(), snapshot_.snapshot_id,
                          {{0, header},
                           parts[0],
@@ -243,7 +269,8 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
                           parts[2],
                           parts[3],
                           {response_word(moving_), responses},
-                          {field_word(moving_, fields_.moving_count), field_records_}});
+                          {field_word(moving_, fields_.moving_count), field_records_},
+                          {state_word(moving_, fields_.moving_count), state_words}});
   double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                                         std::memory_order_relaxed);
 }
@@ -294,8 +321,23 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   fields_ = read_fields(scene_, reader_.bytes(), lists.offset + collision::touch_words(lists) * 8,
                         reader_.fixed_bytes());
   for (const SceneField& field : fields_) moving_fields_ += field.body.moving != 0 ? 1 : 0;
-  if (payload_words(moving_layout_, moving_fields_) * 8 > header().payload_bytes)
+  if (scene_.model_offset > reader_.fixed_bytes() ||
+      scene_.model_bytes > reader_.fixed_bytes() - scene_.model_offset)
+    refuse("its model does not fit");
+  if (scene_.state_capacity > header().payload_bytes || scene_.state_capacity % 8 != 0 ||
+      slot_bytes(moving_layout_, moving_fields_, scene_.state_capacity) > header().payload_bytes)
     refuse("its slots are too small");
+}
+
+void SceneView::copy_state(const std::uint64_t* payload, const proto::SnapshotHeader& snapshot,
+                           std::vector<std::byte>& bytes) const {
+  const bool fits = snapshot.state_bytes <= scene_.state_capacity;
+  bytes.resize(fits ? snapshot.state_bytes : 0);
+  const std::uint64_t* const from = payload + state_word(moving_layout_, moving_fields_);
+  for (std::size_t at = 0; at < bytes.size(); at += 8) {
+    const std::uint64_t word = double_buffer::load_word(from, at / 8);
+    std::memcpy(bytes.data() + at, &word, std::min<std::size_t>(8, bytes.size() - at));
+  }
 }
 
 collision::GridView SceneView::moving_grid(const std::uint64_t* payload,

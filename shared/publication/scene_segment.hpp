@@ -25,8 +25,10 @@ struct StaticScene {
   std::vector<PublishedField> fields;        // at most kMaxFields
   proto::DeviceFrame device{};
   float tool_slip_speed_m_s = 0.05F;
-  bool predicts = true;      // snapshots tell where the next step leads
-  float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
+  bool predicts = true;          // snapshots tell where the next step leads
+  float voxel_ratio = 2.0F;      // of the static grid; twice a probe's own size is searched fastest
+  std::vector<std::byte> model;  // what steps the scene elsewhere; empty: snapshots have no state
+  std::size_t state_capacity = 0;  // bytes of the largest state of a snapshot
 };
 
 /// The largest probe that touch lists serve, of a tool whose largest sphere has that radius: an
@@ -53,6 +55,13 @@ struct SnapshotPrediction {
   std::span<const proto::ResponseMode> modes = {};        // kMaxModes at most
   std::span<const proto::TurningBody> turning = {};       // kMaxTurningBodies at most
   std::span<const proto::SphereResponse> responses = {};  // as many at most as response_capacity()
+};
+
+/// The state from which another process continues. One that is larger than the slots' capacity is
+/// left out.
+struct SnapshotState {
+  std::span<const std::byte> bytes = {};
+  std::uint64_t tick = 0, hash = 0;  // see proto::SnapshotHeader
 };
 
 /// How many responses a snapshot of so many moving spheres and fields has room for: two a field.
@@ -87,7 +96,8 @@ class SceneWriter {
   /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.
   void publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                const SnapshotPrediction& prediction = {},
-               std::span<const proto::FieldRecord> fields = {}) noexcept;
+               std::span<const proto::FieldRecord> fields = {},
+               const SnapshotState& state = {}) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
@@ -106,7 +116,7 @@ class SceneWriter {
   collision::GridLayout moving_;
   collision::VoxelGrid static_grid_;
   FieldPlaces fields_;
-  std::vector<std::uint64_t> responses_, field_records_;  // as a slot holds them
+  std::vector<std::uint64_t> responses_, field_records_, state_;  // as a slot holds them
   proto::SceneHeader fixed_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
@@ -143,6 +153,16 @@ class SceneView {
   /// Realtime: yes.
   [[nodiscard]] collision::GridView moving_grid(
       const std::uint64_t* payload, const proto::SnapshotHeader& snapshot) const noexcept;
+
+  /// What steps the scene; empty: none.
+  [[nodiscard]] std::span<const std::byte> model() const noexcept {
+    return {reader_.bytes() + scene_.model_offset, scene_.model_bytes};
+  }
+  /// Copies the state of a slot's payload whose header was loaded. bytes: resized to the state's
+  /// size, 0 where it has none or tells a size that it has no room for. Realtime: yes, where bytes
+  /// has the capacity.
+  void copy_state(const std::uint64_t* payload, const proto::SnapshotHeader& snapshot,
+                  std::vector<std::byte>& bytes) const;
 
  private:
   SegmentReader reader_;

@@ -4,6 +4,7 @@
 
 #include "shared/display/stamps.hpp"
 #include "shared/rendering/compliant_renderer.hpp"
+#include "shared/rendering/local_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "shared/rendering/touched_fields.hpp"
 #include "shared/rendering/touched_statics.hpp"
@@ -75,6 +76,7 @@ RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPos
 }
 
 std::unique_ptr<Renderer> make_renderer(display::Transition transition) {
+  if (transition == display::Transition::kLocal) return std::make_unique<LocalRenderer>();
   if (display::law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
   return std::make_unique<SnapshotRenderer>(transition);
 }

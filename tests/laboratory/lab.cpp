@@ -91,7 +91,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
       {scene.period_s, options.jitter, options.seed, options.latency_s},
       options.measures_ticks ? sim_server::CostClock(realtime::thread_processor_s)
                              : sim_server::CostClock(),
-      options.prediction_s);
+      options.prediction_s, options.transition == display::Transition::kLocal);
   SimulationRecord record(simulation.simulation(), options, run);
   device::Device device(device::parse_device_spec(options.device),
                         {.period_ns = tick_ns, .is_virtual = true});
@@ -100,6 +100,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
   const publication::SceneView own_view = simulation.view();
   const publication::ToolView tool_view = tool_of(simulation.session());
+  simulation.follow(tool_view);
   const std::unique_ptr<Network> network = network_of(scene, options, simulation);
   const publication::SceneView& scene_view = network ? network->view() : own_view;
   auto renderer = make_renderer(options.rival, options.transition);

@@ -69,6 +69,11 @@ Wishes wishes_of(int law) {
       wishes.mover = Mover::kFormula;
       wishes.duration_s = 0.05;
       break;
+    case 17:
+      wishes.most_bodies = 6;
+      wishes.default_display = true;
+      wishes.duration_s = 0.8;
+      break;
     case 9:
       wishes.mover = Mover::kNobody;
       wishes.bodies = {
@@ -105,14 +110,25 @@ void draw_simulation(LawCase& law_case, Random& random, const Wishes& wishes) {
   }
 }
 
+/// A simulation that is slow, late and uneven.
+void draw_clocks(LawCase& law_case, Random& random) {
+  law_case.transition = "local";
+  SceneSection& simulation = law_case.scene.section("[simulation]");
+  simulation.text("integrator", "velocity_verlet");
+  simulation.set("rate_hz", std::string(random.one_of({"10.0", "33.0", "50.0", "100.0"})));
+  law_case.jitter = random.chance(0.3) ? 0.0 : random.between(0.0, 0.5);
+  law_case.latency_share = random.chance(0.3) ? 0.0 : random.between(0.0, 2.0);
+}
+
 void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
   if (wishes.default_display || random.chance(0.4)) return;
   if (wishes.continuous_display) {
     law_case.transition = random.one_of({"linear", "restart", "hermite", "playout"});
     return;
   }
+  // All but the last, `local`, of which law 17 speaks.
   if (random.chance(0.6))
-    law_case.transition = display::transitions()[random.index(display::transitions().size())].name;
+    law_case.transition = display::transitions()[random.index(display::transitions().size() - 1)].name;
   else
     law_case.model = laboratory::rivals()[random.index(laboratory::rivals().size())].name;
 }
@@ -233,6 +249,7 @@ LawCase draw_case(int law, std::uint64_t seed) {
       law_case.scene.add("[world]").set("gravity_m_s2", "[0.0, 0.0, 0.0]");
     draw_simulation(law_case, random, wishes);
     draw_display(law_case, random, wishes);
+    if (law == 17) draw_clocks(law_case, random);
     const double contact_distance_m =
         wishes.mover == Mover::kNobody ? 0.0 : draw_tool(law_case.scene, random);
     std::vector<Target> targets;

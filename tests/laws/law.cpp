@@ -6,7 +6,7 @@ namespace stillgrid::laws {
 namespace {
 
 // Seeds of the common tests: some 15 s in all. Cases an hour: of one processor of 2 to 3 GHz.
-constexpr std::array<Law, 16> kLaws = {{
+constexpr std::array<Law, 17> kLaws = {{
     {1, "finite",
      "No state, force or torque is infinite or no number; |force| is within what the deepest "
      "possible overlap allows",
@@ -48,6 +48,9 @@ constexpr std::array<Law, 16> kLaws = {{
      every_vector_alike, 10, 20'000},
     {16, "no gain", "What tumbles or drops, undriven, never has more energy than it had",
      nothing_gains_energy, 16, 20'000},
+    {17, "one simulation",
+     "With `local` the force is equal to the bit, however slow, late and uneven the simulation is",
+     one_simulation, 20, 10'000},
 }};
 
 }  // namespace

@@ -104,7 +104,7 @@ LawCase parse_case(const std::string& text) {
   law_case.scene = parse_scene_text(text);
   if (law_case.law < 1 || law_case.law > 16)
     throw std::runtime_error("# law: " + std::to_string(law_case.law) +
-                             ": expected a line '# law: N', N from 1 to 16");
+                             ": expected a line '# law: N', N from 1 to 17");
   return law_case;
 }
 

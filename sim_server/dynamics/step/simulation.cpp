@@ -59,10 +59,11 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
   }
 }
 
-StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools, Budget budget) {
+StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools, Budget budget,
+                            const AlongPaths& paths) {
   const realtime::FlushDenormals flush;
   const auto start = std::chrono::steady_clock::now();
-  Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget};
+  Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget, .paths = paths};
   StepReport& report = step.report;
   report.solve.converged = true;
   place_tools(step);
@@ -126,28 +127,42 @@ std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
   return poses;
 }
 
+/// Where tools go in a tick: to where their paths say, or on to their newest samples.
+std::vector<std::optional<ToolPose>> Simulation::aim_tick(Step& step, int tick) {
+  if (!step.paths.tools.empty()) {
+    std::vector<std::optional<ToolPose>> poses;
+    for (const ToolAt& tool : step.paths.tools)
+      poses.push_back(tool(step.paths.number + 1 + static_cast<std::uint64_t>(tick)));
+    return poses;
+  }
+  if (tick > 0) {
+    const ToolSamples samples = later_samples(step);
+    redirect(samples);
+    step.report.note_times(samples);
+  }
+  return tool_poses();
+}
+
 /// Advances the engine by the ticks of a step, until the budget is spent.
 TickedWorld::Report Simulation::run_ticks(Step& step) {
   StepReport& report = step.report;
   const int ticks = ticks_of(step.length_s, method_, swings_);
-  const double tick_s = step.length_s / ticks;
+  const bool follows = !step.paths.tools.empty();
+  const double tick_s = follows ? kTick_s : step.length_s / ticks;
   TickedWorld::Report sum{.all_slept = true};
   ticked_.stop_at(step.budget.stop);
   for (int tick = 0; tick < ticks && !step.budget.is_stopped() && !report.out_of_budget; ++tick) {
-    if (tick > 0) {
-      const ToolSamples samples = later_samples(step);
-      redirect(samples);
-      report.note_times(samples);
-    }
-    const auto poses = tool_poses();
-    const TickedWorld::Report ticked = ticked_.advance(
-        world_, {tick_s, (ticks - tick) * tick_s, method_.substeps > 0 ? 1 : 0, poses});
+    const auto poses = aim_tick(step, tick);
+    const double left_s = follows ? tick_s : (ticks - tick) * tick_s;
+    const TickedWorld::Report ticked =
+        ticked_.advance({tick_s, left_s, method_.substeps > 0 ? 1 : 0, poses});
     sum.flow += ticked.flow;
     sum.all_slept = sum.all_slept && ticked.all_slept;
     sum.sleep_loss_J += ticked.sleep_loss_J;
     sum.substeps += ticked.substeps;
     sum.touching = ticked.touching;
     sum.solve += ticked.solve;
+    ++report.ticks;
     report.out_of_budget = step.budget.is_late();  // time runs late then
   }
   return sum;
@@ -181,6 +196,11 @@ void Simulation::show_ticks(const TickedWorld::Report& ticked) {
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
   moving_fields_.show(world_);
+}
+
+std::uint64_t Simulation::save_state(std::vector<std::byte>& state) const {
+  ticked_.save(state);
+  return hash(ticked_.engine().state());
 }
 
 std::vector<std::byte> Simulation::contact_state() const {

@@ -35,7 +35,7 @@ struct ToolReport {
 /// What one step did and what it cost.
 struct StepReport {
   SolveReport solve;  // iterations of all ticks, the worst residual
-  int substeps = 0;
+  int ticks = 0, substeps = 0;
   bool out_of_budget = false;  // ticks of the step are left out: time runs late
   bool stopped = false;        // by the budget: the world is as it was
   int crossings_left = 0;      // parts in which spheres may have passed through one another
@@ -51,6 +51,16 @@ struct StepReport {
 
 /// Asked for a tool's newest sample; none: there is no tool.
 using TakeTool = std::function<std::optional<ToolSample>()>;
+
+/// Where a hand's tool is at the end of tick number n of its path; nothing: it is away.
+using ToolAt = std::function<std::optional<ToolPose>(std::uint64_t number)>;
+
+/// The paths of the tools over a step: as many ticks of 1 ms as it has, from the one after
+/// `number`.
+struct AlongPaths {
+  std::uint64_t number = 0;
+  std::span<const ToolAt> tools = {};  // by hand; empty: tools move evenly to their samples
+};
 
 /// A scene's world and all that moves it on.
 class Simulation {
@@ -73,8 +83,10 @@ class Simulation {
   ///
   /// Throws std::domain_error if the state is not finite: that step is not part of the world.
   ///
-  /// take_tools: by hand; those beyond are away.
-  StepReport step(double step_s, std::span<const TakeTool> take_tools, Budget budget = {});
+  /// take_tools: by hand; those beyond are away. paths: the tools keep to them. Pre: the step is as
+  /// many whole ticks then, and has_ticks().
+  StepReport step(double step_s, std::span<const TakeTool> take_tools, Budget budget = {},
+                  const AlongPaths& paths = {});
   /// The same of the first hand alone.
   StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {}) {
     return step(step_s, std::span(&take_tool, 1), budget);
@@ -105,6 +117,14 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
+  [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
+  /// Whether steps are ticks of 1 ms, which another process can take too.
+  [[nodiscard]] bool has_ticks() const noexcept {
+    return scene::is_explicit(method_.integrator) && method_.substeps == 0;
+  }
+  /// Writes the state from which another process continues, and returns its hash.
+  std::uint64_t save_state(std::vector<std::byte>& state) const;
+
   /// State of contacts: with the world, another simulation of the scene continues from it.
   [[nodiscard]] std::vector<std::byte> contact_state() const;
   /// Contacts stay as they are if the state is empty. Pre: the simulation that wrote it had the
@@ -132,6 +152,7 @@ class Simulation {
     double length_s;
     std::span<const TakeTool> take_tools;
     Budget budget;
+    AlongPaths paths = {};
     StepReport report = {};
   };
 
@@ -142,6 +163,7 @@ class Simulation {
   [[nodiscard]] ToolSamples later_samples(const Step& step) const;
   void redirect(const ToolSamples& samples);
   [[nodiscard]] std::vector<std::optional<ToolPose>> tool_poses() const;
+  [[nodiscard]] std::vector<std::optional<ToolPose>> aim_tick(Step& step, int tick);
   TickedWorld::Report run_ticks(Step& step);
   void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
   void show_ticks(const TickedWorld::Report& ticked);

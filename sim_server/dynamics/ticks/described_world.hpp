@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "shared/dynamics/description.hpp"
+#include "shared/dynamics/scene_model.hpp"
 #include "shared/dynamics/scene_state.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/scene/scene_description.hpp"
@@ -25,6 +26,10 @@ struct DescribedWorld {
 /// Describes a world with its hands, whose tools are away at the start. Shares its distance fields.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands, bool may_sleep);
+/// Returns how a body of the world moves that is not free.
+[[nodiscard]] PrescribedMotion motion_of(const bodies::RigidBody& body);
+/// Returns what two processes step of a described world, by small steps.
+[[nodiscard]] SceneModel model_of(DescribedWorld described, const bodies::World& world);
 /// Returns the speed in m/s below which a free body of the world is at rest. It is 3 % of the
 /// radius of its smallest sphere, or of its field's fine cell, a second. It is at most a fifth of
 /// its material's slip speed. Zero is for bodies that never sleep.

@@ -113,14 +113,11 @@ TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]
   CHECK(std::abs(balance.error_J()) < 2e-3 * balance.lost_J);
 }
 
-TEST_CASE(
-    "A free asymmetric body keeps its angular momentum to rounding, its energy as steps shrink",
-    "[explicit_integrators]") {
-  const scene::IntegratorKind kind = scene::IntegratorKind::kVelocityVerlet;
-  const Tumble coarse = tumble(kind, 20), fine = tumble(kind, 40);
-  CHECK(fine.momentum_error < 1e-10);
-  CHECK(fine.energy_error < 0.004);
-  CHECK(fine.energy_error < 0.5 * coarse.energy_error);  // of first order, and more at first
+TEST_CASE("A free asymmetric body keeps its angular momentum and its energy to rounding",
+          "[explicit_integrators]") {
+  const Tumble tumbled = tumble(scene::IntegratorKind::kVelocityVerlet, GENERATE(1, 20));
+  CHECK(tumbled.momentum_error < 1e-10);
+  CHECK(tumbled.energy_error < 1e-10);
 }
 
 TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integrators]") {

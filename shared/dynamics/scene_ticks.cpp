@@ -1,0 +1,72 @@
+#include "shared/dynamics/scene_ticks.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "shared/dynamics/rigid_motion.hpp"
+
+namespace stillgrid::dynamics {
+
+SceneTicks::SceneTicks(SceneModel model, double time_s, EngineMethod method)
+    : prescribed_(std::move(model.prescribed)),
+      hands_(model.hands),
+      time_s_(time_s),
+      engine_(std::move(model.description), std::move(model.start), method) {
+  const Description& description = engine_.description();
+  for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
+    if (description.rigid_bodies[r].is_driven)
+      driven_.emplace_back().orientation = engine_.state().orientation[r].quaternion();
+}
+
+/// Where driven bodies are at the end of the tick.
+void SceneTicks::aim(const Tick& tick) {
+  const SceneState& state = engine_.state();
+  for (std::size_t k = 0; k < prescribed_.size(); ++k)
+    driven_[k].position_m = prescribed_[k].position_m(time_s_ + tick.length_s);
+  for (std::size_t hand = 0; hand < hands_; ++hand) {
+    DrivenPose& pose = driven_[driven_of_hand(hand)];
+    pose.is_here = hand < tick.tools.size() && tick.tools[hand].has_value();
+    if (!pose.is_here) continue;
+    const ToolPose& end = *tick.tools[hand];
+    const std::size_t r = rigid_of_hand(hand);
+    // A tool comes at its velocity.
+    const bool comes = state.is_here[r] == 0;
+    const Eigen::Vector3d from_m =
+        comes ? Eigen::Vector3d(end.position_m - tick.left_s * end.velocity_m_s)
+              : state.rigid_position_m[r].vector();
+    const Eigen::Quaterniond from = comes ? end.orientation : state.orientation[r].quaternion();
+    const double share = tick.length_s / tick.left_s;
+    pose.position_m = from_m + share * (end.position_m - from_m);
+    pose.orientation =
+        rotation_by(share * rotation_vector(end.orientation * from.conjugate())) * from;
+    pose.velocity_m_s = end.velocity_m_s;
+    if (share < 1.0) continue;
+    pose.position_m = end.position_m;
+    pose.orientation = end.orientation;
+  }
+}
+
+void SceneTicks::step(const Tick& tick) {
+  aim(tick);
+  engine_.step(driven_, tick.length_s, tick.substeps);
+  time_s_ += tick.length_s;
+}
+
+void SceneTicks::save(std::vector<std::byte>& block) const {
+  engine_.save(block);
+  block.resize(block.size() + sizeof time_s_);
+  std::memcpy(block.data() + block.size() - sizeof time_s_, &time_s_, sizeof time_s_);
+}
+
+void SceneTicks::load(std::span<const std::byte> block) {
+  double time_s = 0.0;
+  if (block.size() < sizeof time_s) throw std::invalid_argument("the block ends too early");
+  std::memcpy(&time_s, block.last(sizeof time_s).data(), sizeof time_s);
+  if (!(std::abs(time_s) < 1e12)) throw std::invalid_argument("the block's time is not a time");
+  engine_.load(block.first(block.size() - sizeof time_s));
+  time_s_ = time_s;
+}
+
+}  // namespace stillgrid::dynamics

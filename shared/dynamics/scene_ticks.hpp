@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "shared/dynamics/engine.hpp"
+#include "shared/dynamics/scene_model.hpp"
+
+namespace stillgrid::dynamics {
+
+/// Pose and velocity of a tool, in the frame of the world.
+struct ToolPose {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+};
+
+/// A scene that moves on tick by tick, with its prescribed bodies and along the paths of its tools:
+/// what both processes step. From equal states and equal poses it comes to equal states, to the
+/// bit.
+///
+/// Thread: one. Realtime: step() as Engine::step().
+class SceneTicks {
+ public:
+  /// Throws as Engine. method: of the model, or one that only this process has.
+  SceneTicks(SceneModel model, double time_s, EngineMethod method);
+  explicit SceneTicks(const SceneModel& model) : SceneTicks(model, 0.0, model.method()) {}
+
+  /// How a tick is taken.
+  struct Tick {
+    double length_s = kTick_s;
+    double left_s = kTick_s;  // this tick too: tools move evenly to their poses in it
+    int substeps = 0;         // 0: as many as stability asks
+    std::span<const std::optional<ToolPose>> tools = {};  // hands; a tool without a pose is away
+  };
+  void step(const Tick& tick);
+
+  /// Writes all that later ticks depend on as one block, or continues from one to the bit; see
+  /// Engine::save() and Engine::load().
+  void save(std::vector<std::byte>& block) const;
+  void load(std::span<const std::byte> block);
+
+  [[nodiscard]] Engine& engine() noexcept { return engine_; }
+  [[nodiscard]] const Engine& engine() const noexcept { return engine_; }
+  [[nodiscard]] double time_s() const noexcept { return time_s_; }
+  void set_time(double time_s) noexcept { time_s_ = time_s; }
+  void set_prescribed(std::size_t body, const PrescribedMotion& motion) {
+    prescribed_[body] = motion;
+  }
+  [[nodiscard]] std::size_t hands() const noexcept { return hands_; }
+  /// Of a hand, among driven bodies; and among rigid bodies.
+  [[nodiscard]] std::size_t driven_of_hand(std::size_t hand) const noexcept {
+    return driven_.size() - hands_ + hand;
+  }
+  [[nodiscard]] std::size_t rigid_of_hand(std::size_t hand) const noexcept {
+    return engine_.state().rigid_position_m.size() - hands_ + hand;
+  }
+
+ private:
+  void aim(const Tick& tick);
+
+  std::vector<PrescribedMotion> prescribed_;
+  std::size_t hands_;
+  std::vector<DrivenPose> driven_;  // at the end of a tick
+  double time_s_;
+  Engine engine_;
+};
+
+}  // namespace stillgrid::dynamics

@@ -1,0 +1,117 @@
+#include "shared/rendering/local_renderer.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "shared/display/stamps.hpp"
+
+namespace stillgrid::rendering {
+namespace {
+
+std::uint64_t path_number(std::uint64_t now_ns) {
+  return now_ns / proto::kPathTick_ns;
+}
+
+}  // namespace
+
+/// Moving spheres come first in a model.
+LocalRenderer::Local::Local(const publication::SceneView& view)
+    : scene(view.model()), records(view.scene().moving_capacity) {
+  const auto& spheres = scene.description().spheres;
+  const std::size_t count = view.scene().moving_capacity;
+  if (count > spheres.size()) throw std::invalid_argument("the model has too few spheres");
+  std::vector<double> radii_m;
+  std::vector<std::uint32_t> materials, bodies;
+  for (std::size_t i = 0; i < count; ++i) {
+    radii_m.push_back(spheres[i].radius_m);
+    materials.push_back(static_cast<std::uint32_t>(spheres[i].material));
+    bodies.push_back(static_cast<std::uint32_t>(spheres[i].body));
+  }
+  records.declare({.struct_size = sizeof(stillgrid_shapes),
+                   .count = static_cast<std::uint32_t>(count),
+                   .radii_m = radii_m.data(),
+                   .materials = materials.data(),
+                   .bodies = bodies.data(),
+                   .positions_m = nullptr});
+  positions_m.resize(3 * count);
+  velocities_m_s.resize(3 * count);
+}
+
+void LocalRenderer::Local::show_spheres() {
+  const dynamics::SceneState& state = scene.state();
+  for (std::size_t i = 0; i < positions_m.size() / 3; ++i) {
+    const dynamics::Description::Sphere& sphere = scene.description().spheres[i];
+    const Eigen::Index at = static_cast<Eigen::Index>(3 * i);
+    Eigen::Map<Eigen::VectorXd>(positions_m.data(), std::ssize(positions_m)).segment<3>(at) =
+        dynamics::sphere_position_m(sphere, state).vector();
+    Eigen::Map<Eigen::VectorXd>(velocities_m_s.data(), std::ssize(velocities_m_s)).segment<3>(at) =
+        dynamics::sphere_velocity_m_s(sphere, state);
+  }
+  records.place(positions_m.data(), velocities_m_s.data(), dynamics::kTick_s);
+}
+
+void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other) {
+    local_.reset();
+    touched_->clear();
+    sweep_.forget();
+    try {
+      if (!scene.view.model().empty()) local_.emplace(scene.view);
+    } catch (const std::exception&) {  // it is not one of ours: the snapshots are shown
+      local_.reset();
+    }
+  }
+  tool_ = sweep_.place(scene.fixed(), scene.pose);
+  if (local_)
+    local_->scene.add_to_path({path_number(scene.now_ns), scene.pose.position_m,
+                               scene.pose.orientation, scene.pose.velocity_m_s});
+}
+
+void LocalRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                           const collision::GridView& moving) noexcept {
+  fresh_->clear();
+  state_.clear();
+  const bool is_new = latest.snapshot_id != reader().snapshot().snapshot_id;
+  if (local_ && is_new && latest.state_bytes > 0 &&
+      !local_->scene.confirms(latest.state_tick, latest.state_hash))
+    scene.view.copy_state(moving.words, latest, state_);
+  if (!local_ || !local_->scene.is_begun())
+    scene.gather_moving(moving, held_snapshot(0), tool_, *fresh_);
+}
+
+void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
+                         RenderedTick& tick) noexcept {
+  bool is_local = false;
+  if (local_) {
+    if (look.accepted() && !state_.empty())
+      local_->scene.begin_at(reader().snapshot().state_tick, state_);
+    is_local = local_->scene.advance_to(path_number(scene.now_ns));
+  }
+  if (is_local) {
+    local_->show_spheres();
+    fresh_->clear();
+    scene.gather_moving(local_->records.grid().view(), {held_snapshot(0).now, held_snapshot(1).now},
+                        tool_, *fresh_);
+    // The grid's order depends on what was displayed before.
+    std::sort(fresh_->spheres.begin(), fresh_->spheres.begin() + std::ssize(fresh_->all()),
+              [](const TouchedSphere& a, const TouchedSphere& b) {
+                return std::tie(a.tool_sphere, a.number) < std::tie(b.tool_sphere, b.number);
+              });
+    tick.age_s =
+        display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
+  }
+  if (is_local || look.accepted()) {
+    scene.gather_static(tool_, *fresh_);
+    std::swap(touched_, fresh_);
+  } else {
+    touched_->drop_swept();
+  }
+  tick.truncated = touched_->truncated;
+  tick.swept = touched_->has_swept();
+  tick.force = scene.force_of(*touched_, tool_);
+  if (is_local || look.accepted()) sweep_.end();
+}
+
+}  // namespace stillgrid::rendering

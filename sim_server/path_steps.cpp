@@ -1,0 +1,68 @@
+#include "sim_server/path_steps.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace stillgrid::sim_server {
+namespace {
+
+/// A tool that is still for so many ticks keeps nobody waiting.
+constexpr std::uint64_t kPatience = 100;
+/// A world that is so many ticks behind leaves out what it cannot make up for.
+constexpr std::uint64_t kLongestLag = 500;
+
+std::optional<dynamics::ToolPose> pose_at(const dynamics::TickPath& path, std::uint64_t number) {
+  const auto at = path.pose_at(number);
+  if (!at) return std::nullopt;
+  return dynamics::ToolPose{at->position_m, at->orientation, at->velocity_m_s};
+}
+
+}  // namespace
+
+PathSteps::PathSteps(const dynamics::Simulation& simulation, std::uint64_t number)
+    : tools_(simulation.hands()), number_(number), hash_(simulation.save_state(state_)) {}
+
+void PathSteps::follow(std::size_t hand, const publication::ToolView* tool) {
+  tools_[hand].is_here = tool != nullptr;
+  if (tool != nullptr) dynamics::follow(tool->path(), tools_[hand].path);
+}
+
+std::uint64_t PathSteps::newest(std::uint64_t now) const {
+  std::uint64_t newest = now;
+  for (const Tool& tool : tools_) {
+    const auto of_tool = tool.path.newest();
+    if (tool.is_here && of_tool && *of_tool + kPatience > now) newest = std::min(newest, *of_tool);
+  }
+  return newest;
+}
+
+dynamics::StepReport PathSteps::step_to(std::uint64_t number, dynamics::Simulation& simulation,
+                                        const dynamics::Budget& budget) {
+  bool was_left_out = false;
+  if (number > number_ + kLongestLag) {
+    number_ = number - 1;
+    was_left_out = true;  // tools come anew, for they moved too far for a tick
+  }
+  if (number <= number_) return {.solve = {.converged = true}};
+  std::vector<dynamics::TakeTool> samples;
+  std::vector<dynamics::ToolAt> poses;
+  for (const Tool& tool : tools_) {
+    samples.emplace_back([&tool, number]() -> std::optional<dynamics::ToolSample> {
+      const auto pose = pose_at(tool.path, number);
+      if (!pose) return std::nullopt;
+      return dynamics::ToolSample{number * proto::kPathTick_ns, pose->position_m, pose->orientation,
+                                  pose->velocity_m_s};
+    });
+    poses.emplace_back([&tool, was_left_out](std::uint64_t at) {
+      return was_left_out ? std::nullopt : pose_at(tool.path, at);
+    });
+  }
+  const double step_s = static_cast<double>(number - number_) * dynamics::kTick_s;
+  const dynamics::StepReport report =
+      simulation.step(step_s, samples, budget, {.number = number_, .tools = poses});
+  number_ += static_cast<std::uint64_t>(report.ticks);
+  hash_ = simulation.save_state(state_);
+  return report;
+}
+
+}  // namespace stillgrid::sim_server
