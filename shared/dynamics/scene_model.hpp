@@ -15,16 +15,17 @@ namespace stillgrid::dynamics {
 struct PrescribedMotion {
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of the sine, unit
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit; the sine moves along it
   double amplitude_m = 0.0;
   double frequency_hz = 0.0;
 
+  /// Returns where it is time_s after the start. Realtime: yes.
   [[nodiscard]] Eigen::Vector3d position_m(double time_s) const;
 };
 
-/// All that two processes need to step the same scene: what each step depends on beside the state
-/// and the tools' paths. Driven bodies are the prescribed ones, one that carries all that is static
-/// if has_static_body, and one for each hand.
+/// All that two processes need to step the same scene, beside the state and the tools' paths.
+/// Driven bodies are the prescribed ones, then one that carries all that is static if
+/// has_static_body, then one for each hand.
 struct SceneModel {
   Description description;
   SceneState start;
@@ -32,15 +33,20 @@ struct SceneModel {
   bool has_static_body = false;
   std::size_t hands = 0;
   bool is_implicit = false;     // implicit Euler of the whole scene; else small steps
-  double tolerance_m_s = 1e-8;  // of implicit Euler
+  double tolerance_m_s = 1e-8;  // see implicit_euler()
 
   [[nodiscard]] EngineMethod method() const;
 };
 
-/// Returns the model as bytes; none for a model that has fields, which bytes do not hold.
+/// Throws std::invalid_argument where an index or a size is out of range, or a number contradicts
+/// its meaning.
+void validate(const SceneModel& model);
+
+/// Returns the model as bytes. They are empty where the model has fields.
 [[nodiscard]] std::vector<std::byte> encode(const SceneModel& model);
-/// Returns the model of encode()'s bytes, equal to the bit. Throws std::invalid_argument where a
-/// count, an index or a number is not one of a sound model.
+/// Returns the validated model of encode()'s bytes, equal to the bit. The bytes may be hostile: it
+/// throws std::invalid_argument where they hold no such model or a number beyond 1e12. It allocates
+/// about as much as they are long.
 [[nodiscard]] SceneModel decode(std::span<const std::byte> bytes);
 
 }  // namespace stillgrid::dynamics

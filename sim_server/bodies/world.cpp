@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "shared/dynamics/scene_model.hpp"
 #include "sim_server/bodies/joints.hpp"
 
 namespace stillgrid::bodies {
@@ -30,10 +31,10 @@ void number_unknowns(World& world) {
 PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   const PrescribedMotion& motion = body.prescribed;
   const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
-  const double offset_m = motion.amplitude_m * std::sin(rate_rad_s * time_s);
   const double speed_m_s = motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
-  return {body.start_m + time_s * motion.velocity_m_s + offset_m * motion.direction,
-          motion.velocity_m_s + speed_m_s * motion.direction};
+  const dynamics::PrescribedMotion path{body.start_m, motion.velocity_m_s, motion.direction,
+                                        motion.amplitude_m, motion.frequency_hz};
+  return {path.position_m(time_s), motion.velocity_m_s + speed_m_s * motion.direction};
 }
 
 PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s) {

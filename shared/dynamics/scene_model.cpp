@@ -1,0 +1,199 @@
+#include "shared/dynamics/scene_model.hpp"
+
+#include <cmath>
+#include <concepts>
+#include <numbers>
+#include <stdexcept>
+
+#include "shared/dynamics/byte_block.hpp"
+#include "shared/dynamics/implicit_step.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr std::uint64_t kFormat = 0x31'6c65646f6d'6773;  // "sgmodel1"; counts up with the layout
+
+class Encoder {
+ public:
+  explicit Encoder(std::vector<std::byte>& bytes) : writer_(bytes) {}
+
+  template <class... Values>
+  void operator()(const Values&... values) {
+    (add(values), ...);
+  }
+  template <class T>
+  void each(const std::vector<T>& items) {
+    writer_.add<std::uint64_t>(items.size());
+    for (const T& item : items) visit(*this, item);
+  }
+
+ private:
+  template <class T>
+  void add(const T& number) {
+    writer_.add(number);
+  }
+  void add(bool is) { writer_.add<std::uint8_t>(is ? 1 : 0); }
+  void add(const Eigen::Vector3d& v) { (*this)(v.x(), v.y(), v.z()); }
+
+  BlockWriter writer_;
+};
+
+/// Bytes of an item, which are as many for each.
+template <class T>
+std::size_t encoded_size() {
+  std::vector<std::byte> bytes;
+  Encoder encoder(bytes);
+  const T item{};
+  visit(encoder, item);
+  return bytes.size();
+}
+
+class Decoder {
+ public:
+  explicit Decoder(std::span<const std::byte> bytes) : reader_(bytes) {}
+
+  template <class... Values>
+  void operator()(Values&... values) {
+    (read(values), ...);
+  }
+  template <class T>
+  void each(std::vector<T>& items) {
+    items.resize(reader_.count(encoded_size<T>()));
+    for (T& item : items) visit(*this, item);
+  }
+  [[nodiscard]] bool is_at_end() const { return reader_.is_at_end(); }
+
+ private:
+  template <std::integral T>
+  void read(T& number) {
+    number = reader_.number<T>();
+  }
+  void read(double& number) {
+    constexpr double kLargest = 1e12;
+    number = reader_.number<double>();
+    if (!(std::abs(number) <= kLargest))
+      throw std::invalid_argument("the model has a number that is not finite or above 1e12");
+  }
+  void read(bool& is) {
+    const auto byte = reader_.number<std::uint8_t>();
+    if (byte > 1) throw std::invalid_argument("the model has a truth value above 1");
+    is = byte == 1;
+  }
+  void read(Eigen::Vector3d& v) { (*this)(v.x(), v.y(), v.z()); }
+
+  BlockReader reader_;
+};
+
+// The layout: what a model consists of, in turn. One list of members serves both directions, so
+// each function takes an item that is const or not.
+template <class T, class Item>
+concept Is = std::same_as<std::remove_const_t<T>, Item>;
+
+void visit(auto& io, Is<Vector4> auto& v) {
+  io(v.x, v.y, v.z, v.w);
+}
+void visit(auto& io, Is<std::uint8_t> auto& number) {
+  io(number);
+}
+void visit(auto& io, Is<std::pair<int, int>> auto& pair) {
+  io(pair.first, pair.second);
+}
+void visit(auto& io, Is<Description::Node> auto& node) {
+  io(node.mass_kg, node.is_pinned);
+}
+void visit(auto& io, Is<Description::Spring> auto& spring) {
+  io(spring.a, spring.b, spring.rest_length_m, spring.stiffness_N_per_m, spring.damping_N_s_per_m);
+}
+void visit(auto& io, Is<Description::Joint> auto& joint) {
+  io(joint.a.node, joint.a.rigid, joint.a.point_m, joint.b.node, joint.b.rigid, joint.b.point_m);
+  io(joint.rest_length_m, joint.stiffness_N_per_m, joint.damping_N_s_per_m);
+}
+void visit(auto& io, Is<Description::Rigid> auto& rigid) {
+  io(rigid.mass_kg, rigid.inertia_kg_m2, rigid.is_driven, rigid.is_fixture);
+}
+void visit(auto& io, Is<Description::Sphere> auto& sphere) {
+  io(sphere.radius_m, sphere.material, sphere.body, sphere.rigid, sphere.local_m);
+  io(sphere.node_count);
+  for (auto& node : sphere.nodes) io(node);
+  for (auto& weight : sphere.weights) io(weight);
+  io(sphere.tool_slip_speed_m_s, sphere.is_field_point);
+}
+void visit(auto& io, Is<Description::Plane> auto& plane) {
+  io(plane.normal, plane.offset_m, plane.material, plane.body);
+}
+void visit(auto& io, Is<Description::Body> auto& body) {
+  io(body.first_node, body.node_count, body.rigid, body.rest_speed_m_s, body.bounding_radius_m);
+}
+void visit(auto& io, Is<collision::ContactMaterial> auto& material) {
+  io(material.stiffness_N_per_m, material.damping_N_s_per_m, material.friction,
+     material.slip_speed_m_s);
+}
+void visit(auto& io, Is<PrescribedMotion> auto& motion) {
+  io(motion.start_m, motion.velocity_m_s, motion.direction, motion.amplitude_m,
+     motion.frequency_hz);
+}
+void visit(auto& io, Is<Description> auto& description) {
+  io(description.gravity_m_s2);
+  io.each(description.nodes);
+  io.each(description.springs);
+  io.each(description.joints);
+  io.each(description.rigid_bodies);
+  io.each(description.spheres);
+  io.each(description.planes);
+  io.each(description.bodies);
+  io.each(description.materials);
+  io.each(description.apart);
+  io.each(description.apart_spheres);
+}
+void visit(auto& io, Is<SceneState> auto& state) {
+  io(state.tick, state.contacts.stiffness_per_s2, state.contacts.damping_per_s);
+  io.each(state.node_position_m);
+  io.each(state.node_velocity_m_s);
+  io.each(state.rigid_position_m);
+  io.each(state.rigid_velocity_m_s);
+  io.each(state.orientation);
+  io.each(state.angular_velocity_rad_s);
+  io.each(state.is_here);
+}
+void visit(auto& io, Is<SceneModel> auto& model) {
+  visit(io, model.description);
+  visit(io, model.start);
+  io.each(model.prescribed);
+  io(model.has_static_body, model.hands, model.is_implicit, model.tolerance_m_s);
+}
+
+}  // namespace
+
+Eigen::Vector3d PrescribedMotion::position_m(double time_s) const {
+  const double rate_rad_s = 2.0 * std::numbers::pi * frequency_hz;
+  const double offset_m = amplitude_m * std::sin(rate_rad_s * time_s);
+  return start_m + time_s * velocity_m_s + offset_m * direction;
+}
+
+EngineMethod SceneModel::method() const {
+  return is_implicit ? implicit_euler(tolerance_m_s) : EngineMethod{};
+}
+
+std::vector<std::byte> encode(const SceneModel& model) {
+  std::vector<std::byte> bytes;
+  if (!model.description.fields.empty()) return bytes;
+  Encoder encoder(bytes);
+  encoder(kFormat);
+  visit(encoder, model);
+  return bytes;
+}
+
+SceneModel decode(std::span<const std::byte> bytes) {
+  Decoder decoder(bytes);
+  std::uint64_t format = 0;
+  decoder(format);
+  if (format != kFormat)
+    throw std::invalid_argument("the model is not of this version of the engine");
+  SceneModel model;
+  visit(decoder, model);
+  if (!decoder.is_at_end()) throw std::invalid_argument("the model goes on behind its end");
+  validate(model);
+  return model;
+}
+
+}  // namespace stillgrid::dynamics
