@@ -84,7 +84,8 @@ void HapticLoop::begin_anew() noexcept {
   has_pose_ = has_orientation_ = false;
 }
 
-TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
+TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns,
+                          std::uint64_t moment_ns) noexcept {
   const realtime::FlushDenormals flush;
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;
@@ -109,6 +110,7 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
   const Eigen::Quaterniond& q = pose_.orientation;
   tool_.publish({.time_ns = now_ns,
                  .tick = tick_,
+                 .path_number = moment_ns / proto::kPathTick_ns,
                  .position_m = array(pose_.position_m),
                  .orientation_xyzw = {q.x(), q.y(), q.z(), q.w()},
                  .velocity_m_s = array(pose_.velocity_m_s),

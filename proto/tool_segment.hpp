@@ -58,8 +58,8 @@ struct DeviceFigures {
 inline constexpr std::size_t kPathLength = 4096;
 inline constexpr std::uint64_t kPathTick_ns = 1'000'000;
 
-/// Where the tool was in one tick: number n is the moment n * kPathTick_ns of the segment's clock.
-/// It stands at n modulo kPathLength. Its number is kNever while it is written.
+/// The tool's pose in one tick: number n is the moment n * kPathTick_ns of the segment's clock.
+/// Its index is n modulo kPathLength. Its number is kNever while it is written.
 struct PathSample {
   std::uint64_t number;
   std::array<double, 3> position_m;
@@ -70,7 +70,7 @@ static_assert(sizeof(PathSample) == 88);
 
 /// The last ticks of the path. Follows SegmentHeader.
 struct ToolPath {
-  std::uint64_t newest;  // number of the newest sample; kNever: there is none
+  std::uint64_t newest;  // number of the newest sample; kNever before the first
   std::array<PathSample, kPathLength> samples;
 };
 
@@ -79,7 +79,7 @@ struct ToolPath {
 struct ToolState {
   std::uint64_t time_ns;                   // the haptic clock, when the device was read
   std::uint64_t tick;                      // number of the tick, from 1
-  std::uint64_t path_number;               // of the moment that the tick stands for, see PathSample
+  std::uint64_t path_number;               // number of the tick's PathSample
   std::array<double, 3> position_m;        // tool origin
   std::array<double, 4> orientation_xyzw;  // unit quaternion, scene from tool
   std::array<double, 3> velocity_m_s;      // the server's estimate

@@ -18,7 +18,7 @@ std::uint64_t monotonic_ns() noexcept {
 }
 
 PeriodicTimer::PeriodicTimer(std::uint64_t period_ns) noexcept
-    : period_ns_(period_ns), next_ns_(monotonic_ns() + period_ns) {}
+    : period_ns_(period_ns), next_ns_((monotonic_ns() / period_ns + 1) * period_ns) {}
 
 PeriodicTimer::Wake PeriodicTimer::wait(const std::atomic<bool>* stop) noexcept {
   constexpr std::uint64_t kSlice_ns = 100'000'000;

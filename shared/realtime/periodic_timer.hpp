@@ -14,8 +14,9 @@ namespace stillgrid::realtime {
   return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
-/// Wakes a loop at absolute deadlines start + n * period, so that lateness never adds up. After a
-/// stall it goes on at the next deadline and never bursts.
+/// Wakes a loop at whole multiples of its period on the monotonic clock. Lateness never adds up,
+/// and all loops of a machine share one grid of moments. After a stall the loop goes on at the next
+/// deadline and never bursts.
 class PeriodicTimer {
  public:
   explicit PeriodicTimer(std::uint64_t period_ns) noexcept;

@@ -88,6 +88,10 @@ void use_tool(publication::SegmentReader&& reader, HostileObject& object, unsign
   if ((flags & kShrunk) != 0) object.shrink(0);
   const auto state = tool.read();
   require(!state || std::isfinite(state->position_m[0]), "a tool's place is a number");
+  const auto newest = tool.path().newest();
+  const auto sample = newest ? tool.path().sample(*newest) : std::nullopt;
+  require(!sample || (sample->number == *newest && publication::is_sound(*sample)),
+          "a sample of the path that is taken is sound");
 }
 
 void use_object(std::span<std::byte> bytes, FuzzInput& input, unsigned flags, std::size_t ticks) {

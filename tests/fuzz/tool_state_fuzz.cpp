@@ -48,6 +48,16 @@ class HostileTool {
     *reinterpret_cast<std::uint64_t*>(parts_[1].data()) = 4;
   }
 
+  /// What the simulation would take of the path.
+  void check_path() const {
+    const publication::PathView path = view_.path();
+    const auto newest = path.newest();
+    for (const std::uint64_t n : {newest.value_or(0), std::uint64_t{1}, std::uint64_t{2}})
+      if (const auto sample = path.sample(n))
+        require(sample->number == n && publication::is_sound(*sample),
+                "a sample of the path that is taken is sound");
+  }
+
   [[nodiscard]] std::optional<dynamics::ToolSample> sample() const {
     const auto state = view_.read();
     if (!state) return std::nullopt;
@@ -106,6 +116,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (is_simulated({reinterpret_cast<const char*>(data), size})) simulation.emplace(scene);
   for (int i = 0; i < kMaxSteps && (i == 0 || !input.is_empty()); ++i) {
     tool.spoil(input);
+    tool.check_path();
     const std::optional<dynamics::ToolSample> sample = tool.sample();
     if (!simulation || !sample) continue;
     simulation->step(kStep_s, [&] { return sample; });

@@ -125,6 +125,7 @@ std::vector<std::byte> valid_tool() {
   for (std::uint64_t tick = 1; tick <= 2; ++tick)
     writer.publish({.time_ns = tick * 1'000'000,
                     .tick = tick,
+                    .path_number = tick,
                     .position_m = {0.0, 0.0, 0.02},
                     .orientation_xyzw = {0.0, 0.6, 0.0, 0.8},
                     .velocity_m_s = {0.0, 0.0, -0.1},
@@ -158,6 +159,9 @@ std::vector<std::span<std::byte>> changing_parts(std::span<std::byte> segment) {
       parts.push_back(
           slot.subspan(sizeof(proto::SlotHeader) + starts[i], starts[i + 1] - starts[i]));
   }
+  if (header.kind == proto::SegmentKind::kTool)  // the path's samples that there are
+    parts.push_back(segment.subspan(
+        sizeof header, offsetof(proto::ToolPath, samples) + 4 * sizeof(proto::PathSample)));
   return parts;
 }
 

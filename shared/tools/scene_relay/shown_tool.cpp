@@ -41,6 +41,7 @@ ShownTool::Shown ShownTool::show(const ToolMessage& message, const ClockOffset& 
     return Shown::kRefused;
   if (const Shown opened = open(message, now_ns); opened != Shown::kShown) return opened;
   state.time_ns = std::max(clock.to_ours(message.time_ns), time_ns_ + 1);
+  state.path_number = state.time_ns / proto::kPathTick_ns;
   stamps_[next_stamp_] = {state.time_ns, message.time_ns};
   next_stamp_ = (next_stamp_ + 1) % stamps_.size();
   time_ns_ = state.time_ns;
@@ -72,7 +73,8 @@ ShownTool::Shown ShownTool::open(const ToolMessage& message, std::uint64_t now_n
 }
 
 /// As the samples that were kept back would have said, about. No such state bears a stamp of the
-/// hand's, so that the account of energy joins at none of them.
+/// hand's, so that the account of energy joins at none of them, and a number of the path that it
+/// has already: the path holds what was heard alone.
 void ShownTool::lead_on(std::uint64_t now_ns) {
   if (!writer_ || !sample_ || now_ns < led_ns_ + kTick_ns || now_ns < heard_ns_ + kTick_ns) return;
   led_ns_ = now_ns;

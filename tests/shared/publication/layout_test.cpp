@@ -13,7 +13,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 11);
+  CHECK(proto::kSegmentVersion == 12);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -51,14 +51,22 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(proto::RelayFigures) == 128);
 
   CHECK(offsetof(proto::ToolState, tick) == 8);
-  CHECK(offsetof(proto::ToolState, position_m) == 16);
-  CHECK(offsetof(proto::ToolState, orientation_xyzw) == 40);
-  CHECK(offsetof(proto::ToolState, velocity_m_s) == 72);
-  CHECK(offsetof(proto::ToolState, force_N) == 96);
-  CHECK(offsetof(proto::ToolState, buttons) == 120);
-  CHECK(offsetof(proto::ToolState, before) == 128);
-  CHECK(offsetof(proto::ToolState, device) == 512);
-  CHECK(sizeof(proto::ToolState) == 576);
+  CHECK(offsetof(proto::ToolState, path_number) == 16);
+  CHECK(offsetof(proto::ToolState, position_m) == 24);
+  CHECK(offsetof(proto::ToolState, orientation_xyzw) == 48);
+  CHECK(offsetof(proto::ToolState, velocity_m_s) == 80);
+  CHECK(offsetof(proto::ToolState, force_N) == 104);
+  CHECK(offsetof(proto::ToolState, buttons) == 128);
+  CHECK(offsetof(proto::ToolState, before) == 136);
+  CHECK(offsetof(proto::ToolState, device) == 520);
+  CHECK(sizeof(proto::ToolState) == 584);
+
+  CHECK(offsetof(proto::PathSample, position_m) == 8);
+  CHECK(offsetof(proto::PathSample, orientation_xyzw) == 32);
+  CHECK(offsetof(proto::PathSample, velocity_m_s) == 64);
+  CHECK(sizeof(proto::PathSample) == 88);
+  CHECK(offsetof(proto::ToolPath, samples) == 8);
+  CHECK(sizeof(proto::ToolPath) == 360456);
   CHECK(offsetof(proto::TickFigures, contacts) == 24);
   CHECK(offsetof(proto::TickFigures, flags) == 28);
   CHECK(offsetof(proto::TickFigures, work_ns) == 32);
@@ -173,13 +181,13 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(proto::SphereRecord) == 128);
 }
 
-TEST_CASE("A tool segment is one page with its slots at 448 and 1088", "[layout]") {
+TEST_CASE("A tool segment is its header, its path and two slots", "[layout]") {
   const TestSession session;
   ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
 
-  CHECK(writer.header().size_bytes == 4096);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1088});
-  CHECK(writer.header().payload_bytes == 576);
+  CHECK(writer.header().size_bytes == 364544);
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{360960, 361664});
+  CHECK(writer.header().payload_bytes == 584);
 }
 
 TEST_CASE("A scene segment is its header, its static spheres twice and two slots", "[layout]") {

@@ -19,6 +19,7 @@ ToolView view_of(const TestSession& session) {
 proto::ToolState sound_state() {
   return {.time_ns = 7'000'000,
           .tick = 7,
+          .path_number = 6,
           .position_m = {0.01, -0.02, 0.03},
           .orientation_xyzw = {0.0, 0.6, 0.0, 0.8},
           .velocity_m_s = {0.1, 0.2, -0.3},
@@ -143,6 +144,7 @@ TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[to
   const TestSession session;
   SegmentSpec spec = small_spec(proto::SegmentKind::kTool);
   spec.layout_hash = proto::kToolLayoutHash;
+  spec.fixed_bytes = sizeof(proto::SegmentHeader) + sizeof(proto::ToolPath);
   spec.payload_bytes = sizeof(proto::ToolState) - 8;
   SegmentWriter writer(session.name(), spec);
   writer.announce();
