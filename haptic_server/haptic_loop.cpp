@@ -84,8 +84,7 @@ void HapticLoop::begin_anew() noexcept {
   has_pose_ = has_orientation_ = false;
 }
 
-TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns,
-                          std::uint64_t moment_ns) noexcept {
+TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
   const realtime::FlushDenormals flush;
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;
@@ -110,7 +109,7 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
   const Eigen::Quaterniond& q = pose_.orientation;
   tool_.publish({.time_ns = now_ns,
                  .tick = tick_,
-                 .path_number = moment_ns / proto::kPathTick_ns,
+                 .path_number = now_ns / proto::kPathTick_ns,
                  .position_m = array(pose_.position_m),
                  .orientation_xyzw = {q.x(), q.y(), q.z(), q.w()},
                  .velocity_m_s = array(pose_.velocity_m_s),
@@ -174,6 +173,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                     .snapshot_age_s =
                         std::max(rendered_.snapshot_age_s, to_s(now_ns - snapshot_ns_)),
                     .period_s = to_s(scene.header().period_ns),
+                    .goes_on = rendered_.is_local,
                     .writer_alive = writer_alive},
        .device_believed = believed_,
        .device_ready = is_ready,

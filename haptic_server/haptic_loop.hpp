@@ -58,11 +58,8 @@ class HapticLoop {
         clock_(clock) {}
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
-  /// the figures of the tick before. The tick's place on the tool's path is moment_ns: its
-  /// deadline, or now_ns at a device's pace and in lockstep. The path takes the first tick of a
-  /// millisecond.
-  [[nodiscard]] TickEnd sense(const publication::SceneView& scene, std::uint64_t now_ns,
-                              std::uint64_t moment_ns) noexcept;
+  /// the figures of the tick before. The tool's path takes the first tick of a millisecond.
+  [[nodiscard]] TickEnd sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   /// Renders the force, guards it, gives it to the device, and counts. row: of this tick, for a
   /// record; its tick_ns is the caller's to fill in before count().

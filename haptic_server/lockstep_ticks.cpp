@@ -49,7 +49,7 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
        now_ns += run.period_ns) {
     if (!wait_for(run, scene, &Header::lockstep_sample_ns, now_ns)) break;
     run.watchdog.watch_call();
-    end = run.loop.sense(scene, now_ns, now_ns);
+    end = run.loop.sense(scene, now_ns);
     run.watchdog.rest();
     if (end != TickEnd::kGoOn) break;
     double_buffer::HardwareAtomics::store(own.lockstep_sample_ns, now_ns + run.period_ns,

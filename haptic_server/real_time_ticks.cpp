@@ -46,8 +46,7 @@ std::optional<Wake> tick_until_stopped(Run& run, RealTimeTicks& ticks,
         wake = timer.wait();
         if (must_recover(run)) break;
       }
-      // A stalled loop reads the device at the last deadline that passed.
-      goes_on = ticks.tick(*wake, wake->deadline_ns + wake->skipped * run.period_ns);
+      goes_on = ticks.tick(*wake);
     }
   }
   run.report.page_faults += realtime::page_faults() - faults_before;
@@ -103,7 +102,7 @@ void wait_for_device_pace(Run& run, RealTimeTicks& ticks) {
 
 }  // namespace
 
-bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake, std::uint64_t moment_ns) {
+bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake) {
   if (end_ns_ == 0)
     end_ns_ = run_.options.duration_s ? wake.now_ns + realtime::to_ns(*run_.options.duration_s)
                                       : proto::kNever;
@@ -112,7 +111,7 @@ bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake, std::uint64_
     run_.watchdog.tick();
     run_.tool.segment().require_whole();
     const publication::SceneView& scene = *run_.watch.acquire(run_.loop.may_switch_scene());
-    end_ = run_.loop.sense(scene, wake.now_ns, moment_ns);
+    end_ = run_.loop.sense(scene, wake.now_ns);
     if (end_ == TickEnd::kGoOn) {
       end_ = run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_);
       row_.tick_ns = realtime::monotonic_ns() - wake.now_ns;
@@ -160,7 +159,7 @@ bool RealTimeTicks::tick_at_device_pace() {
   next_ns_ = now_ns + run_.period_ns;
   realtime::RealtimeSection section;
   section.begin_tick(run_.report.ticks + 1);
-  return tick({deadline_ns, now_ns, (now_ns - deadline_ns) / run_.period_ns}, now_ns);
+  return tick({deadline_ns, now_ns, (now_ns - deadline_ns) / run_.period_ns});
 }
 
 std::int32_t RealTimeTicks::on_device_tick(void* ticks) noexcept {

@@ -19,11 +19,10 @@ class RealTimeTicks {
  public:
   explicit RealTimeTicks(Run& run) : run_(run) {}
 
-  /// One tick. moment_ns is its place on the tool's path. False where the ticks are over: outcome()
-  /// says how.
+  /// One tick. False where the ticks are over: outcome() says how.
   ///
   /// Realtime: as HapticLoop, and the driver's read and write.
-  [[nodiscard]] bool tick(const realtime::PeriodicTimer::Wake& wake, std::uint64_t moment_ns);
+  [[nodiscard]] bool tick(const realtime::PeriodicTimer::Wake& wake);
 
   /// As stillgrid_device_tick_fn of a RealTimeTicks. The first of a thread makes it real-time as
   /// far as that may be had; one that comes while another is under way ends the ticks; while the

@@ -17,9 +17,10 @@ constexpr double kStaleAfterPeriods = 1.5;
 constexpr double kShortestPatience_s = 0.015, kLongestPatience_s = 1.0;
 
 bool is_fresh(const SnapshotFreshness& snapshot) {
-  return snapshot.exists && snapshot.writer_alive &&
-         snapshot.snapshot_age_s <= std::clamp(kStaleAfterPeriods * snapshot.period_s,
-                                               kShortestPatience_s, kLongestPatience_s);
+  const double patience_s = snapshot.goes_on ? kLongestPatience_s
+                                             : std::clamp(kStaleAfterPeriods * snapshot.period_s,
+                                                          kShortestPatience_s, kLongestPatience_s);
+  return snapshot.exists && snapshot.writer_alive && snapshot.snapshot_age_s <= patience_s;
 }
 
 /// Along the rendered force: what slides at one depth neither takes nor gives. Slower than encoder

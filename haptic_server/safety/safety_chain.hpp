@@ -41,6 +41,7 @@ struct SnapshotFreshness {
   bool exists = false;
   double snapshot_age_s = 0.0;  // since its publication
   double period_s = 0.0;        // declared by the simulation
+  bool goes_on = false;         // the scene goes on here without it
   bool writer_alive = false;
 };
 

@@ -100,7 +100,7 @@ void FinishBalls(const BallList& balls, SceneState& state, const ContactBodies& 
     });
     AddChange(velocity, mover.velocity_m_s, 1.0, velocity);
     AddChange(spin, mover.spin, 1.0 / radius, turning);
-    velocity.w = 0.0;  // behind the velocity of a mover is its inverse mass
+    velocity.w = turning.w = 0.0;  // behind the vectors of a mover are other numbers
     EachPart([&](std::size_t k) HWY_ATTR {
       Store(hn::Add(Part(position, k), Times(0.5 * substep_s, Part(velocity, k))), position, k);
     });

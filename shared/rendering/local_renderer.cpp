@@ -64,9 +64,11 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
     }
   }
   tool_ = sweep_.place(scene.fixed(), scene.pose);
-  if (local_)
-    local_->scene.add_to_path({path_number(scene.now_ns), scene.pose.position_m,
-                               scene.pose.orientation, scene.pose.velocity_m_s});
+  is_local_ = false;
+  if (!local_) return;
+  local_->scene.add_to_path({path_number(scene.now_ns), scene.pose.position_m,
+                             scene.pose.orientation, scene.pose.velocity_m_s});
+  is_local_ = local_->scene.advance_to(path_number(scene.now_ns));
 }
 
 void LocalRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
@@ -77,19 +79,15 @@ void LocalRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& 
   if (local_ && is_new && latest.state_bytes > 0 &&
       !local_->scene.confirms(latest.state_tick, latest.state_hash))
     scene.view.copy_state(moving.words, latest, state_);
-  if (!local_ || !local_->scene.is_begun())
-    scene.gather_moving(moving, held_snapshot(0), tool_, *fresh_);
+  if (!is_local_) scene.gather_moving(moving, held_snapshot(0), tool_, *fresh_);
 }
 
 void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                          RenderedTick& tick) noexcept {
-  bool is_local = false;
-  if (local_) {
-    if (look.accepted() && !state_.empty())
-      local_->scene.begin_at(reader().snapshot().state_tick, state_);
-    is_local = local_->scene.advance_to(path_number(scene.now_ns));
-  }
-  if (is_local) {
+  if (look.accepted() && !state_.empty() &&
+      local_->scene.begin_at(reader().snapshot().state_tick, state_))
+    is_local_ = local_->scene.advance_to(path_number(scene.now_ns));
+  if (is_local_) {
     local_->show_spheres();
     fresh_->clear();
     scene.gather_moving(local_->records.grid().view(), {held_snapshot(0).now, held_snapshot(1).now},
@@ -102,16 +100,17 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
     tick.age_s =
         display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
   }
-  if (is_local || look.accepted()) {
+  if (is_local_ || look.accepted()) {
     scene.gather_static(tool_, *fresh_);
     std::swap(touched_, fresh_);
   } else {
     touched_->drop_swept();
   }
+  tick.is_local = is_local_;
   tick.truncated = touched_->truncated;
   tick.swept = touched_->has_swept();
   tick.force = scene.force_of(*touched_, tool_);
-  if (is_local || look.accepted()) sweep_.end();
+  if (is_local_ || look.accepted()) sweep_.end();
 }
 
 }  // namespace stillgrid::rendering

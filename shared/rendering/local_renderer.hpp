@@ -41,6 +41,7 @@ class LocalRenderer final : public Renderer {
             RenderedTick& tick) noexcept override;
 
   std::optional<Local> local_;
+  bool is_local_ = false;         // the copy is at this tick
   std::vector<std::byte> state_;  // of the snapshot that is gathered; empty: nothing to load
   TouchedSpheres buffers_[2];
   TouchedSpheres* touched_ = &buffers_[0];  // of the last tick

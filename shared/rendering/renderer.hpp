@@ -27,6 +27,7 @@ struct RenderedTick {
   std::uint64_t snapshot_id = 0;   // of the snapshot shown, 0: none yet
   bool is_new = false;             // the first tick that shows it
   bool can_move = false;           // anything in it
+  bool is_local = false;           // the scene went on to this tick here
   std::uint64_t tool_time_ns = 0;  // of the tool that it was computed with, 0: none; not checked
   double tool_work_J = 0.0;        // that the tool gave the scene up to then; not checked
   double age_s = 0.0;              // of the simulated state shown newest

@@ -34,7 +34,7 @@ LoopRun run_loop(const publication::StaticScene& fixed, const std::string& devic
   for (int tick = 0; tick < ticks; ++tick) {
     const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * rendering::kMillisecond_ns;
     scene.show({}, now_ns);
-    REQUIRE(loop.sense(scene.view(), now_ns, now_ns) == TickEnd::kGoOn);
+    REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
     REQUIRE(loop.act(scene.view(), true, now_ns, run.rows.emplace_back()) == TickEnd::kGoOn);
     loop.count(run.rows.back(), run.report);
   }
@@ -72,7 +72,7 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
       rendering::add_mode(prediction, {{0.0, 0.0, -1e-4}}, {0.0, 0.0, -0.1});
       scene.show({{x_m, 0.0, 0.0}}, {{0.002, 0.0, 0.0}}, now_ns, 0, prediction);
     }
-    REQUIRE(loop.sense(scene.view(), now_ns, now_ns) == TickEnd::kGoOn);
+    REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
     const auto state = commanded.read();
     REQUIRE(state);
     CHECK(state->tick == tick + 1);

@@ -137,7 +137,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   const double began_s = realtime::thread_processor_s();
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
     run_to(now_ns, false);  // samples before this tick's
-    haptic_server::TickEnd end = loop->sense(scene_view, now_ns, now_ns);
+    haptic_server::TickEnd end = loop->sense(scene_view, now_ns);
     if (network)
       if (const auto state = tool_view.read(); state && state->time_ns == now_ns)
         network->send(*state);

@@ -116,6 +116,7 @@ void draw_clocks(LawCase& law_case, Random& random) {
   SceneSection& simulation = law_case.scene.section("[simulation]");
   simulation.text("integrator", "velocity_verlet");
   simulation.set("rate_hz", std::string(random.one_of({"10.0", "33.0", "50.0", "100.0"})));
+  if (random.chance(0.5)) simulation.set("sleeping", "false");
   law_case.jitter = random.chance(0.3) ? 0.0 : random.between(0.0, 0.5);
   law_case.latency_share = random.chance(0.3) ? 0.0 : random.between(0.0, 2.0);
 }
@@ -128,7 +129,8 @@ void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
   }
   // All but the last, `local`, of which law 17 speaks.
   if (random.chance(0.6))
-    law_case.transition = display::transitions()[random.index(display::transitions().size() - 1)].name;
+    law_case.transition =
+        display::transitions()[random.index(display::transitions().size() - 1)].name;
   else
     law_case.model = laboratory::rivals()[random.index(laboratory::rivals().size())].name;
 }
@@ -247,9 +249,11 @@ LawCase draw_case(int law, std::uint64_t seed) {
     law_case.duration_s = wishes.duration_s;
     if (random.chance(0.2) && law != 9)
       law_case.scene.add("[world]").set("gravity_m_s2", "[0.0, 0.0, 0.0]");
-    draw_simulation(law_case, random, wishes);
+    if (law == 17)
+      draw_clocks(law_case, random);
+    else
+      draw_simulation(law_case, random, wishes);
     draw_display(law_case, random, wishes);
-    if (law == 17) draw_clocks(law_case, random);
     const double contact_distance_m =
         wishes.mover == Mover::kNobody ? 0.0 : draw_tool(law_case.scene, random);
     std::vector<Target> targets;

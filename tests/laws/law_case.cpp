@@ -102,7 +102,7 @@ LawCase parse_case(const std::string& text) {
   for (std::string line; std::getline(lines, line);)
     if (line.starts_with("# ")) read_head(line, law_case);
   law_case.scene = parse_scene_text(text);
-  if (law_case.law < 1 || law_case.law > 16)
+  if (law_case.law < 1 || law_case.law > 17)
     throw std::runtime_error("# law: " + std::to_string(law_case.law) +
                              ": expected a line '# law: N', N from 1 to 17");
   return law_case;
