@@ -95,6 +95,14 @@ TEST_CASE("A gap is filled evenly between its neighbours", "[tool_path]") {
   }
 }
 
+TEST_CASE("A path's orientations are unit quaternions", "[tool_path]") {
+  TickPath path;
+  PathPose pose = pose_of(3);
+  pose.orientation.coeffs() *= 1.0004;
+  path.add(pose);
+  CHECK(std::abs(path.pose_at(3)->orientation.norm() - 1.0) < 1e-15);
+}
+
 TEST_CASE("The shorter way is taken whatever the signs of the quaternions", "[tool_path]") {
   TickPath path;
   path.add({0, {0.0, 0.0, 0.0}, turn_rad(0.0), {0.0, 0.0, 0.0}});
