@@ -22,7 +22,8 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
                                        LockstepSchedule schedule, CostClock now_s,
                                        double prediction_s, bool with_state)
     : session_(unique_session()),
-      predicts_(predicts(scene) && prediction_s != kNoPrediction && !with_state),
+      predicts_(predicts(scene) && prediction_s != kNoPrediction &&
+                !(with_state && dynamics::Simulation::has_ticks_of(scene.method))),
       prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
@@ -31,7 +32,7 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
               proto::Clock::kVirtual, 0),
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
-  if (with_state) paths_.emplace(simulation_, 0);
+  if (with_state && simulation_.has_ticks()) paths_.emplace(simulation_, 0);
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
                   simulation_.field_records(), state());
 }

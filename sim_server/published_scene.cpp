@@ -26,8 +26,11 @@ void add_model(const scene::SceneDescription& scene, const dynamics::Simulation&
   constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
   const bodies::World& world = simulation.world();
   const std::vector<scene::Hand> hands = scene::hands_of(scene);
-  fixed.model = dynamics::encode(
-      dynamics::model_of(dynamics::described(world, hands, scene.sleeping), world));
+  dynamics::SceneModel model =
+      dynamics::model_of(dynamics::described(world, hands, scene.sleeping), world);
+  model.is_implicit = scene::is_implicit(scene.method.integrator);
+  model.tolerance_m_s = scene.method.tolerance_m_s;
+  fixed.model = dynamics::encode(model);
   std::vector<std::byte> state;
   (void)simulation.save_state(state);
   fixed.state_capacity = 2 * state.size() + kBytesOfSphere * world.spheres.size() + kBytesOfScene;
@@ -56,8 +59,8 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
-  fixed.predicts = predicts(scene) && !with_state;
-  if (with_state) add_model(scene, simulation, fixed);
+  fixed.predicts = predicts(scene) && !(with_state && simulation.has_ticks());
+  if (with_state && simulation.has_ticks()) add_model(scene, simulation, fixed);
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);
   const scene::DeviceFrame& device = hand.device;

@@ -75,16 +75,17 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
+  const bool with_state = options.with_state && simulation.has_ticks();
   publication::Session session(
       session_spec(scene, options, simulation, proto::Clock::kMonotonic, start_ns), std::move(lock),
-      hand_scenes(scene, simulation, options.with_state));
+      hand_scenes(scene, simulation, with_state));
   std::vector<dynamics::TakeTool> take_tools;
   for (publication::HandSession& hand : session.hands()) {
     hand.tool().start();
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
   std::optional<PathSteps> paths;
-  if (options.with_state) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
+  if (with_state) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step,
                            const publication::SnapshotPrediction& prediction) {
@@ -140,13 +141,14 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
+  const bool with_state = options.with_state && simulation.has_ticks();
   publication::Session session(session_spec(scene, options, simulation, proto::Clock::kVirtual, 0),
-                               std::move(lock), hand_scenes(scene, simulation, options.with_state));
+                               std::move(lock), hand_scenes(scene, simulation, with_state));
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
   std::optional<PathSteps> paths;
-  if (options.with_state) paths.emplace(simulation, 0);
+  if (with_state) paths.emplace(simulation, 0);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},

@@ -114,7 +114,7 @@ void draw_simulation(LawCase& law_case, Random& random, const Wishes& wishes) {
 void draw_clocks(LawCase& law_case, Random& random) {
   law_case.transition = "local";
   SceneSection& simulation = law_case.scene.section("[simulation]");
-  simulation.text("integrator", "velocity_verlet");
+  simulation.text("integrator", random.chance(0.7) ? "velocity_verlet" : "implicit_euler");
   simulation.set("rate_hz", std::string(random.one_of({"10.0", "33.0", "50.0", "100.0"})));
   if (random.chance(0.5)) simulation.set("sleeping", "false");
   law_case.jitter = random.chance(0.3) ? 0.0 : random.between(0.0, 0.5);

@@ -28,7 +28,6 @@ bool are_equal(const recording::TickRow& a, const recording::TickRow& b) {
 Finding one_simulation(const LawCase& law_case) {
   scene::SceneDescription scene = scene_of(law_case);
   if (const std::string why = complaint(scene); !why.empty()) return {.applies = false, .what = why};
-  scene.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
   const CaseLoop loop = loop_of(law_case, scene);
   const laboratory::LabRun late = run_lab(scene, loop.options);
   laboratory::LabOptions prompt = loop.options;

@@ -40,6 +40,11 @@ void StepReport::note_times(std::span<const std::optional<ToolSample>> samples) 
     if (samples[hand]) tools[hand].time_ns = samples[hand]->time_ns;
 }
 
+bool Simulation::has_ticks_of(const scene::Method& method) noexcept {
+  return method.substeps == 0 && (method.integrator == scene::IntegratorKind::kVelocityVerlet ||
+                                  method.integrator == scene::IntegratorKind::kImplicitEuler);
+}
+
 Simulation::Simulation(const scene::SceneDescription& scene)
     : Simulation(scene, scene::build_world(scene)) {}
 
@@ -146,8 +151,9 @@ std::vector<std::optional<ToolPose>> Simulation::aim_tick(Step& step, int tick) 
 /// Advances the engine by the ticks of a step, until the budget is spent.
 TickedWorld::Report Simulation::run_ticks(Step& step) {
   StepReport& report = step.report;
-  const int ticks = ticks_of(step.length_s, method_, swings_);
   const bool follows = !step.paths.tools.empty();
+  const int ticks =
+      follows ? dynamics::ticks_of(step.length_s) : ticks_of(step.length_s, method_, swings_);
   const double tick_s = follows ? kTick_s : step.length_s / ticks;
   TickedWorld::Report sum{.all_slept = true};
   ticked_.stop_at(step.budget.stop);

@@ -118,10 +118,9 @@ class Simulation {
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
   [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
-  /// Whether steps are ticks of 1 ms, which another process can take too.
-  [[nodiscard]] bool has_ticks() const noexcept {
-    return scene::is_explicit(method_.integrator) && method_.substeps == 0;
-  }
+  /// Whether steps can be ticks of 1 ms that another process takes too.
+  [[nodiscard]] bool has_ticks() const noexcept { return has_ticks_of(method_); }
+  [[nodiscard]] static bool has_ticks_of(const scene::Method& method) noexcept;
   /// Writes the state from which another process continues, and returns its hash.
   std::uint64_t save_state(std::vector<std::byte>& state) const;
 
