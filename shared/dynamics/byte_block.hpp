@@ -32,12 +32,8 @@ class BlockWriter {
   }
 
  private:
-  void append(std::span<const std::byte> bytes) {
-    if (bytes.empty()) return;
-    const std::size_t size = block_.size();
-    block_.resize(size + bytes.size());
-    std::memcpy(block_.data() + size, bytes.data(), bytes.size());
-  }
+  void append(std::span<const std::byte> bytes);
+
   std::vector<std::byte>& block_;
 };
 

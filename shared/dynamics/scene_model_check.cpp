@@ -1,6 +1,9 @@
 // Checks of a model beyond the range of each number.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -23,9 +26,12 @@ void require_each(const Items& items, const char* what, const Check& is_right) {
     throw std::invalid_argument(std::string(what) + " " + std::to_string(wrong - items.begin()));
 }
 
+/// Whether all are zero or above. A denormal number is neither: a tick takes it as zero, and what
+/// is made before the first tick does not.
 template <class... Numbers>
 bool none_negative(Numbers... numbers) {
-  return (... && (numbers >= 0.0));
+  const auto is_zero = [](double number) { return std::bit_cast<std::uint64_t>(number) << 1 == 0; };
+  return (... && (is_zero(numbers) || numbers >= std::numeric_limits<double>::min()));
 }
 bool is_one(double length) {
   return std::abs(length - 1.0) < kRounding;
@@ -73,14 +79,16 @@ void check_moving(const Description& description) {
 
 void check_collision(const Description& description) {
   require_each(description.spheres, "expected a rigid body, or nodes, of sphere", is_bound);
-  require_each(description.spheres, "expected a slip speed of sphere",
-               [](const auto& sphere) { return none_negative(sphere.tool_slip_speed_m_s); });
+  require_each(description.spheres, "expected a radius and a slip speed of sphere",
+               [](const auto& sphere) {
+                 return none_negative(sphere.radius_m, sphere.tool_slip_speed_m_s);
+               });
   require_each(description.planes, "expected a unit normal of plane",
                [](const auto& plane) { return is_one(plane.normal.norm()); });
   require_each(description.materials, "expected constants above zero of material",
                [](const auto& material) {
                  return none_negative(material.stiffness_N_per_m, material.damping_N_s_per_m,
-                                      material.friction) &&
+                                      material.friction, material.slip_speed_m_s) &&
                         material.slip_speed_m_s > 0.0;
                });
   require_each(description.apart, "expected two bodies, the smaller first, as pair",

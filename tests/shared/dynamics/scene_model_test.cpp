@@ -176,6 +176,7 @@ TEST_CASE("What contradicts its meaning is no model", "[dynamics]") {
       {"a joint of two things at an end", [](auto& m) { m.description.joints[0].a.rigid = 0; }},
       {"a joint of no such node", [](auto& m) { m.description.joints[0].a.node = 2; }},
       {"a joint with a length", [](auto& m) { m.description.joints[1].rest_length_m = 0.1; }},
+      {"a denormal length", [](auto& m) { m.description.joints[0].rest_length_m = 5e-324; }},
       {"a negative stiffness", [](auto& m) { m.description.joints[1].stiffness_N_per_m = -1; }},
       {"a free fixture", [](auto& m) { m.description.rigid_bodies[0].is_fixture = true; }},
       {"a normal that is none", [](auto& m) { m.description.planes[0].normal.x() = 1; }},
