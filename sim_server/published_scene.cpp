@@ -30,6 +30,7 @@ void add_model(const scene::SceneDescription& scene, const dynamics::Simulation&
       dynamics::model_of(dynamics::described(world, hands, scene.sleeping), world);
   model.is_implicit = scene::is_implicit(scene.method.integrator);
   model.tolerance_m_s = scene.method.tolerance_m_s;
+  if (dynamics::counted_tick_ns(model) > dynamics::kLongestTick_ns) return;
   fixed.model = dynamics::encode(model);
   std::vector<std::byte> state;
   (void)simulation.save_state(state);

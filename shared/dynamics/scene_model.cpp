@@ -1,12 +1,15 @@
 #include "shared/dynamics/scene_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <numbers>
 #include <stdexcept>
 
 #include "shared/dynamics/byte_block.hpp"
+#include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/implicit_step.hpp"
+#include "shared/dynamics/spectrum_bound.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -194,6 +197,22 @@ SceneModel decode(std::span<const std::byte> bytes) {
   if (!decoder.is_at_end()) throw std::invalid_argument("the model goes on behind its end");
   validate(model);
   return model;
+}
+
+double counted_tick_ns(const SceneModel& model) {
+  // Of one substep, on a processor of 3 GHz. Implicit Euler takes some thirty products.
+  constexpr double kSpring_ns = 1.4, kSphere_ns = 40.0, kProducts = 30.0;
+  const Description& description = model.description;
+  JointBound joints(description);
+  const SpectrumBound bound = spring_bound(description) + joints(description, model.start, 0.0);
+  const double substeps = model.is_implicit ? kProducts : stable_substeps(bound, kTick_s);
+  const auto moves = [&](const Description::Sphere& sphere) {
+    return sphere.rigid < 0 ||
+           !description.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].is_fixture;
+  };
+  const auto springs = static_cast<double>(description.springs.size() + description.joints.size());
+  const auto spheres = static_cast<double>(std::ranges::count_if(description.spheres, moves));
+  return substeps * (kSpring_ns * springs + kSphere_ns * spheres);
 }
 
 }  // namespace stillgrid::dynamics

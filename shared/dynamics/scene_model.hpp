@@ -42,6 +42,12 @@ struct SceneModel {
 /// its meaning.
 void validate(const SceneModel& model);
 
+/// Returns about how many ns a tick of the model takes, by counts: substeps at the start times
+/// springs and spheres that move.
+[[nodiscard]] double counted_tick_ns(const SceneModel& model);
+/// A model that takes longer is not stepped within a tick of the hand.
+inline constexpr double kLongestTick_ns = 250'000.0;
+
 /// Returns the model as bytes. They are empty where the model has fields.
 [[nodiscard]] std::vector<std::byte> encode(const SceneModel& model);
 /// Returns the validated model of encode()'s bytes, equal to the bit. The bytes may be hostile: it
