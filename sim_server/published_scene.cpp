@@ -6,6 +6,7 @@
 namespace stillgrid::sim_server {
 namespace {
 
+/// In the order of World::fields, as the model's: a reader joins the two by their numbers.
 std::vector<publication::PublishedField> published_fields(const bodies::World& world) {
   std::vector<publication::PublishedField> fields;
   std::uint32_t moving = 0;

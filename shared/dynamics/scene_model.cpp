@@ -5,6 +5,7 @@
 #include <concepts>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 #include "shared/dynamics/byte_block.hpp"
 #include "shared/dynamics/engine.hpp"
@@ -14,7 +15,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x31'6c65646f6d'6773;  // "sgmodel1"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x32'6c65646f6d'6773;  // "sgmodel2"; counts up with the layout
 
 class Encoder {
  public:
@@ -121,6 +122,11 @@ void visit(auto& io, Is<Description::Sphere> auto& sphere) {
   for (auto& weight : sphere.weights) io(weight);
   io(sphere.tool_slip_speed_m_s, sphere.is_field_point);
 }
+void visit(auto& io, Is<Description::Field> auto& field) {
+  io(field.rigid, field.position_m, field.material, field.body);
+  auto& turn = field.orientation;
+  io(turn.x(), turn.y(), turn.z(), turn.w());
+}
 void visit(auto& io, Is<Description::Plane> auto& plane) {
   io(plane.normal, plane.offset_m, plane.material, plane.body);
 }
@@ -143,6 +149,7 @@ void visit(auto& io, Is<Description> auto& description) {
   io.each(description.rigid_bodies);
   io.each(description.spheres);
   io.each(description.planes);
+  io.each(description.fields);
   io.each(description.bodies);
   io.each(description.materials);
   io.each(description.apart);
@@ -179,14 +186,14 @@ EngineMethod SceneModel::method() const {
 
 std::vector<std::byte> encode(const SceneModel& model) {
   std::vector<std::byte> bytes;
-  if (!model.description.fields.empty()) return bytes;
   Encoder encoder(bytes);
   encoder(kFormat);
   visit(encoder, model);
   return bytes;
 }
 
-SceneModel decode(std::span<const std::byte> bytes) {
+SceneModel decode(std::span<const std::byte> bytes,
+                  std::span<const std::shared_ptr<const collision::DistanceField>> distances) {
   Decoder decoder(bytes);
   std::uint64_t format = 0;
   decoder(format);
@@ -195,6 +202,11 @@ SceneModel decode(std::span<const std::byte> bytes) {
   SceneModel model;
   visit(decoder, model);
   if (!decoder.is_at_end()) throw std::invalid_argument("the model goes on behind its end");
+  std::vector<Description::Field>& fields = model.description.fields;
+  if (fields.size() != distances.size())
+    throw std::invalid_argument("the model has " + std::to_string(fields.size()) +
+                                " fields; expected " + std::to_string(distances.size()));
+  for (std::size_t i = 0; i < fields.size(); ++i) fields[i].distance = distances[i];
   validate(model);
   return model;
 }

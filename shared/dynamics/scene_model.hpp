@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -48,11 +49,14 @@ void validate(const SceneModel& model);
 /// A model that takes longer is not stepped within a tick of the hand.
 inline constexpr double kLongestTick_ns = 250'000.0;
 
-/// Returns the model as bytes. They are empty where the model has fields.
+/// Returns the model as bytes. They hold all of its fields but their distances.
 [[nodiscard]] std::vector<std::byte> encode(const SceneModel& model);
 /// Returns the validated model of encode()'s bytes, equal to the bit. The bytes may be hostile: it
 /// throws std::invalid_argument where they hold no such model or a number beyond 1e12. It allocates
-/// about as much as they are long.
-[[nodiscard]] SceneModel decode(std::span<const std::byte> bytes);
+/// about as much as they are long. distances: one for each of Description::fields, in this order;
+/// it throws where they are more or fewer, or one is null.
+[[nodiscard]] SceneModel decode(
+    std::span<const std::byte> bytes,
+    std::span<const std::shared_ptr<const collision::DistanceField>> distances = {});
 
 }  // namespace stillgrid::dynamics

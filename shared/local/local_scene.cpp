@@ -12,17 +12,22 @@ namespace {
 /// behind is there in half a second.
 constexpr int kCatchUpTicks = 3;
 
-dynamics::SceneModel one_handed(std::span<const std::byte> bytes) {
-  dynamics::SceneModel model = dynamics::decode(bytes);
+using Distances = std::span<const std::shared_ptr<const collision::DistanceField>>;
+
+dynamics::SceneModel one_handed(std::span<const std::byte> bytes, Distances distances) {
+  dynamics::SceneModel model = dynamics::decode(bytes, distances);
   if (model.hands != 1)
     throw std::invalid_argument("the scene has " + std::to_string(model.hands) +
                                 " hands; expected one");
+  if (!(dynamics::counted_tick_ns(model) <= dynamics::kLongestTick_ns))
+    throw std::invalid_argument("a tick of the scene takes too long");
   return model;
 }
 
 }  // namespace
 
-LocalScene::LocalScene(std::span<const std::byte> model) : LocalScene(one_handed(model)) {}
+LocalScene::LocalScene(std::span<const std::byte> model, Distances distances)
+    : LocalScene(one_handed(model, distances)) {}
 
 LocalScene::LocalScene(const dynamics::SceneModel& model)
     : copies_{Copy(model), Copy(model)}, passed_(kPassed) {}

@@ -24,9 +24,10 @@ namespace stillgrid::local {
 /// allocates.
 class LocalScene {
  public:
-  /// Decodes a model. Throws std::invalid_argument where it is not sound, or has another number of
-  /// hands than one.
-  explicit LocalScene(std::span<const std::byte> model);
+  /// Decodes a model with the distances of its fields; see dynamics::decode(). Throws
+  /// std::invalid_argument where it is not sound, or has another number of hands than one.
+  LocalScene(std::span<const std::byte> model,
+             std::span<const std::shared_ptr<const collision::DistanceField>> distances);
 
   /// Adds where the tool is at a tick. Pre: later than the last.
   void add_to_path(const dynamics::PathPose& pose) noexcept { path_.add(pose); }

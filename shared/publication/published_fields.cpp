@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "shared/collision/field_history.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 #include "shared/publication/segment_files.hpp"
 
 namespace stillgrid::publication {
@@ -107,6 +109,31 @@ std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::
     field.field.words = reinterpret_cast<const std::uint64_t*>(segment + body.offset);
   }
   return fields;
+}
+
+std::vector<std::shared_ptr<const collision::DistanceField>> copy_fields(
+    std::span<const SceneField> fields, std::size_t most_bytes) {
+  std::vector<std::shared_ptr<const collision::DistanceField>> copies;
+  std::size_t left_words = most_bytes / 8;
+  for (const SceneField& field : fields) {
+    const auto same = std::ranges::find_if(fields.first(copies.size()), [&](const auto& other) {
+      return other.body.offset == field.body.offset &&
+             std::memcmp(&other.body.shape, &field.body.shape, sizeof field.body.shape) == 0;
+    });
+    if (same != fields.begin() + std::ssize(copies)) {
+      copies.push_back(copies[static_cast<std::size_t>(same - fields.begin())]);
+      continue;
+    }
+    const std::size_t count = field.field.layout.total_words;
+    if (count > left_words) throw SegmentError("the scene segment is refused: its fields overlap");
+    left_words -= count;
+    std::vector<std::uint64_t> words(count);
+    for (std::size_t i = 0; i < count; ++i)
+      words[i] = double_buffer::load_word(field.field.words, i);
+    copies.push_back(
+        std::make_shared<const collision::DistanceField>(field.body.shape, std::move(words)));
+  }
+  return copies;
 }
 
 }  // namespace stillgrid::publication

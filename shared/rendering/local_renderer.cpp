@@ -1,6 +1,7 @@
 #include "shared/rendering/local_renderer.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -14,11 +15,36 @@ std::uint64_t path_number(std::uint64_t now_ns) {
   return now_ns / proto::kPathTick_ns;
 }
 
+/// Numbers of the fields that move. The fields of a segment and of its model are both in the order
+/// of the simulation's World::fields (sim_server/published_scene.cpp, described_world.cpp), so one
+/// number is of the same field in both.
+std::vector<std::size_t> moving_among(std::span<const publication::SceneField> fields) {
+  std::vector<std::size_t> moving;
+  for (std::size_t i = 0; i < fields.size(); ++i)
+    if (fields[i].body.moving != 0) moving.push_back(i);
+  return moving;
+}
+
+/// A field's frame, which has a pose in its rigid body.
+proto::FieldState state_of(const dynamics::Description::Field& field,
+                           const dynamics::SceneState& state) noexcept {
+  const auto rigid = static_cast<std::size_t>(field.rigid);
+  const Eigen::Quaterniond turn = state.orientation[rigid].quaternion();
+  const Eigen::Vector3d arm_m = turn * field.position_m;
+  const Eigen::Vector3d spin_rad_s = state.angular_velocity_rad_s[rigid].vector();
+  return publication::field_state(
+      state.rigid_position_m[rigid].vector() + arm_m, turn * field.orientation,
+      state.rigid_velocity_m_s[rigid].vector() + spin_rad_s.cross(arm_m), spin_rad_s);
+}
+
 }  // namespace
 
-/// Moving spheres come first in a model.
+/// Moving spheres come first in a model. Fields: see moving_among().
 LocalRenderer::Local::Local(const publication::SceneView& view)
-    : scene(view.model()), records(view.scene().moving_capacity) {
+    : scene(view.model(), publication::copy_fields(view.fields(), view.reader().fixed_bytes())),
+      records(view.scene().moving_capacity),
+      fields(moving_among(view.fields())),
+      field_words(fields.records().size_bytes() / 8) {
   const auto& spheres = scene.description().spheres;
   const std::size_t count = view.scene().moving_capacity;
   if (count > spheres.size()) throw std::invalid_argument("the model has too few spheres");
@@ -26,7 +52,9 @@ LocalRenderer::Local::Local(const publication::SceneView& view)
   std::vector<std::uint32_t> materials, bodies;
   for (std::size_t i = 0; i < count; ++i) {
     radii_m.push_back(spheres[i].radius_m);
-    materials.push_back(static_cast<std::uint32_t>(spheres[i].material));
+    materials.push_back(spheres[i].is_field_point
+                            ? proto::kFieldPoint
+                            : static_cast<std::uint32_t>(spheres[i].material));
     bodies.push_back(static_cast<std::uint32_t>(spheres[i].body));
   }
   records.declare({.struct_size = sizeof(stillgrid_shapes),
@@ -50,6 +78,26 @@ void LocalRenderer::Local::show_spheres() {
         dynamics::sphere_velocity_m_s(sphere, state);
   }
   records.place(positions_m.data(), velocities_m_s.data(), dynamics::kTick_s);
+}
+
+void LocalRenderer::Local::show_fields() noexcept {
+  fields.show([&](std::size_t field) {
+    return state_of(scene.description().fields[field], scene.state());
+  });
+  if (!field_words.empty())
+    std::memcpy(field_words.data(), fields.records().data(), fields.records().size_bytes());
+}
+
+void LocalRenderer::Local::show() {
+  show_spheres();
+  show_fields();
+}
+
+collision::GridView LocalRenderer::Local::view() const noexcept {
+  collision::GridView view = records.grid().view();
+  view.fields = field_words.data();
+  view.field_count = static_cast<std::uint32_t>(fields.records().size());
+  return view;
 }
 
 void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
@@ -88,14 +136,15 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
       local_->scene.begin_at(reader().snapshot().state_tick, state_))
     is_local_ = local_->scene.advance_to(path_number(scene.now_ns));
   if (is_local_) {
-    local_->show_spheres();
+    local_->show();
     fresh_->clear();
-    scene.gather_moving(local_->records.grid().view(), {held_snapshot(0).now, held_snapshot(1).now},
-                        tool_, *fresh_);
-    // The grid's order depends on what was displayed before.
+    scene.gather_moving(local_->view(), {held_snapshot(0).now, held_snapshot(1).now}, tool_,
+                        *fresh_);
+    // The grid's order depends on what was displayed before; that of fields does not.
     std::sort(fresh_->spheres.begin(), fresh_->spheres.begin() + std::ssize(fresh_->all()),
               [](const TouchedSphere& a, const TouchedSphere& b) {
-                return std::tie(a.tool_sphere, a.number) < std::tie(b.tool_sphere, b.number);
+                return std::tie(a.tool_sphere, a.field, a.number) <
+                       std::tie(b.tool_sphere, b.field, b.number);
               });
     tick.age_s =
         display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);

@@ -7,6 +7,7 @@
 
 #include "shared/display/transition.hpp"
 #include "shared/local/local_scene.hpp"
+#include "shared/publication/moving_fields.hpp"
 #include "shared/publication/moving_records.hpp"
 #include "shared/rendering/placed_tool.hpp"
 #include "shared/rendering/renderer.hpp"
@@ -25,14 +26,23 @@ class LocalRenderer final : public Renderer {
   LocalRenderer() = default;
 
  private:
-  /// A scene's copy and its spheres, as a grid that the tool is looked up in.
+  /// A scene's copy, and its spheres and fields as a slot would have them.
   struct Local {
     explicit Local(const publication::SceneView& view);
-    void show_spheres();
+    /// Shows the scene of this tick. Realtime: yes, but where spheres are entered anew.
+    void show();
+    /// What was shown last. Valid until the next show().
+    [[nodiscard]] collision::GridView view() const noexcept;
 
     local::LocalScene scene;
     publication::MovingRecords records;
     std::vector<double> positions_m, velocities_m_s;  // of moving spheres
+    publication::MovingFields fields;
+    std::vector<std::uint64_t> field_words;  // the same records as words
+
+   private:
+    void show_spheres();
+    void show_fields() noexcept;
   };
   void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,

@@ -4,7 +4,6 @@
 #include <limits>
 #include <string>
 
-#include "sim_server/scene/build_world.hpp"
 #include "tests/laws/law.hpp"
 
 namespace stillgrid::laws {
@@ -13,21 +12,21 @@ namespace {
 /// Why a scene is not stepped in two processes; empty: it is.
 std::string complaint(const scene::SceneDescription& scene) {
   if (scene::hands_of(scene).size() != 1) return "two hands";
-  if (!scene::build_world(scene).fields.empty()) return "a body that has a field";
   return {};
 }
 
 bool are_equal(const recording::TickRow& a, const recording::TickRow& b) {
   return a.position_m == b.position_m && a.velocity_m_s == b.velocity_m_s &&
-         a.rendered_N == b.rendered_N && a.force_N == b.force_N &&
-         a.torque_N_m == b.torque_N_m && a.contacts == b.contacts;
+         a.rendered_N == b.rendered_N && a.force_N == b.force_N && a.torque_N_m == b.torque_N_m &&
+         a.contacts == b.contacts;
 }
 
 }  // namespace
 
 Finding one_simulation(const LawCase& law_case) {
   scene::SceneDescription scene = scene_of(law_case);
-  if (const std::string why = complaint(scene); !why.empty()) return {.applies = false, .what = why};
+  if (const std::string why = complaint(scene); !why.empty())
+    return {.applies = false, .what = why};
   const CaseLoop loop = loop_of(law_case, scene);
   const laboratory::LabRun late = run_lab(scene, loop.options);
   laboratory::LabOptions prompt = loop.options;
@@ -38,10 +37,11 @@ Finding one_simulation(const LawCase& law_case) {
   if (differs.in1 == run.rows.end() && differs.in2 == late.rows.end())
     return {.measured = 0.0, .what = "N between two rates"};
   const bool both = differs.in1 != run.rows.end() && differs.in2 != late.rows.end();
-  return {.measured = both ? std::max((differs.in1->rendered_N - differs.in2->rendered_N).norm(),
-                                      std::numeric_limits<double>::min())
-                           : std::numeric_limits<double>::infinity(),
-          .what = "N between two rates at " + std::to_string(both ? differs.in1->time_s : 0.0) + " s"};
+  return {
+      .measured = both ? std::max((differs.in1->rendered_N - differs.in2->rendered_N).norm(),
+                                  std::numeric_limits<double>::min())
+                       : std::numeric_limits<double>::infinity(),
+      .what = "N between two rates at " + std::to_string(both ? differs.in1->time_s : 0.0) + " s"};
 }
 
 }  // namespace stillgrid::laws

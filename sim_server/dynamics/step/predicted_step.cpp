@@ -69,9 +69,13 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
-  moving_fields_.take_predictions(prediction_->fields(), [&](std::size_t field) {
-    return predicted_part_.world().fields[field].rigid >= 0;
-  });
+  for (std::size_t i = 0; i < moving_fields_.fields().size(); ++i) {
+    const std::size_t field = moving_fields_.fields()[i];
+    if (predicted_part_.world().fields[field].rigid < 0) continue;  // it goes on as it moves
+    const bodies::FieldPrediction& predicted = prediction_->fields()[field];
+    moving_fields_.predict(i, predicted.predicted_velocity_m_s,
+                           predicted.predicted_angular_velocity_rad_s, predicted.response);
+  }
   return prediction_->snapshot();
 }
 

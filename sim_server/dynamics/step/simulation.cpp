@@ -52,7 +52,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       snapshot_(world_, detection_),
-      moving_fields_(world_),
+      moving_fields_(snapshot::moving_fields(world_)),
       method_(scene.method),
       ticked_(world_, scene::hands_of(scene), scene.sleeping, engine_method(method_)),
       prediction_(std::make_unique<Prediction>(scene::is_explicit(method_.integrator))) {
@@ -201,7 +201,7 @@ void Simulation::show_ticks(const TickedWorld::Report& ticked) {
   if (still_steps_ == kEnough) return;  // every snapshot of the history shows the same
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
-  moving_fields_.show(world_);
+  snapshot::show(world_, moving_fields_);
 }
 
 std::uint64_t Simulation::save_state(std::vector<std::byte>& state) const {

@@ -172,7 +172,7 @@ class Simulation {
   bodies::World world_;
   contact::Detection detection_;
   snapshot::MovingSnapshot snapshot_;
-  snapshot::MovingFields moving_fields_;
+  publication::MovingFields moving_fields_;
   scene::Method method_;
   TickedWorld ticked_;
   std::vector<ToolMotion> tools_;                        // by hand

@@ -53,6 +53,7 @@ void add_moving_spheres(const bodies::World& world, DescribedWorld& described) {
   }
 }
 
+/// In the order of World::fields, in which they are published too.
 void add_fields(const bodies::World& world, int static_rigid, DescribedWorld& described) {
   for (const bodies::FieldBody& body : world.fields) {
     Description::Field field;

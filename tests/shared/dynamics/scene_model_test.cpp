@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "tests/shared/dynamics/drawn_scene.hpp"
+#include "tests/shared/dynamics/field_scenes.hpp"
 
 namespace stillgrid::dynamics::scene_model_test {
 namespace {
@@ -120,16 +121,10 @@ TEST_CASE("A model of bytes is the model, and its engine the same to the bit", "
   }
 }
 
-TEST_CASE("A model with a distance field has no bytes", "[dynamics]") {
-  SceneModel model = resting();
-  model.description.fields.emplace_back();
-  CHECK(encode(model).empty());
-}
-
 /// Whether bytes are a model, with which an engine then steps.
-bool steps(std::span<const std::byte> bytes) {
+bool steps(std::span<const std::byte> bytes, std::span<const SharedField> distances = {}) {
   try {
-    const SceneModel model = decode(bytes);
+    const SceneModel model = decode(bytes, distances);
     Engine engine(model.description, model.start);
     engine.step(poses_at(model, 0), kTick_s, 1);
     return true;
@@ -160,6 +155,103 @@ TEST_CASE("Bytes with any one changed are refused, or a model that steps", "[dyn
     }
     CHECK(refused > kChanges / 10);
     CHECK(refused < kChanges);
+  }
+}
+
+/// A box and a ball of one field each fall on a static box, whose field is turned in its body.
+SceneModel with_fields() {
+  EngineScene scene;
+  scene.with_gravity();
+  const Eigen::Vector3d size_m(0.02, 0.02, 0.01);
+  const SharedField box = box_field(size_m);
+  add_field_box(scene, size_m, 0.01, {0, 0, 0.012}, box);
+  add_field_ball(scene, 0.008, {0.001, 0, 0.03}, ball_field(0.008));
+  add_static_field(scene, box, {0, 0, 0.001});
+  scene.description.fields.back().position_m = {0.002, 0.001, -0.001};
+  scene.description.fields.back().orientation =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized());
+  scene.description.rigid_bodies.back().is_fixture = true;
+  SceneModel model = model_of(scene);
+  model.has_static_body = true;
+  return model;
+}
+std::vector<SharedField> distances_of(const SceneModel& model) {
+  std::vector<SharedField> distances;
+  for (const Description::Field& field : model.description.fields)
+    distances.push_back(field.distance);
+  return distances;
+}
+
+TEST_CASE("A model with fields is the model again with their distances", "[dynamics]") {
+  const SceneModel model = with_fields();
+  const std::vector<std::byte> bytes = encode(model);
+  const SceneModel copy = decode(bytes, distances_of(model));
+  CHECK(fingerprint(copy.description) == fingerprint(model.description));
+  CHECK((encode(copy) == bytes));
+  Engine engine(model.description, model.start), other(copy.description, copy.start);
+  bool touched = false;
+  for (std::uint64_t tick = 0; tick < 100; ++tick) {
+    engine.step(poses_at(model, tick));
+    other.step(poses_at(copy, tick));
+    REQUIRE(hash(other.state()) == hash(engine.state()));
+    touched = touched || engine.touching() > 0;
+  }
+  CHECK(touched);
+}
+
+TEST_CASE("Fields and distances that do not fit are no model", "[dynamics]") {
+  const SceneModel model = with_fields();
+  const std::vector<std::byte> bytes = encode(model);
+  std::vector<SharedField> distances = distances_of(model);
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    REQUIRE_THROWS_AS(decode(std::span(bytes).first(size), distances), std::invalid_argument);
+  CHECK_THROWS_AS(decode(bytes), std::invalid_argument);
+  CHECK_THROWS_AS(decode(bytes, std::span(distances).first(2)), std::invalid_argument);
+  distances.push_back(distances[0]);
+  CHECK_THROWS_AS(decode(bytes, distances), std::invalid_argument);
+  distances.pop_back();
+  distances[1] = nullptr;
+  CHECK_THROWS_AS(decode(bytes, distances), std::invalid_argument);
+  using Change = std::function<void(Description::Field&)>;
+  const std::vector<Change> changes{[](auto& field) { field.rigid = 3; },
+                                    [](auto& field) { field.rigid = -1; },
+                                    [](auto& field) { field.material = 9; },
+                                    [](auto& field) { field.material = -1; },
+                                    [](auto& field) { field.position_m.x() = 2e12; },
+                                    [](auto& field) { field.orientation.w() += 0.1; }};
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    SceneModel changed = model;
+    changes[k](changed.description.fields[2]);
+    INFO(k);
+    CHECK_THROWS_AS(decode(encode(changed), distances_of(model)), std::invalid_argument);
+  }
+}
+
+TEST_CASE("Bytes or distances with any one changed are refused, or a model that steps",
+          "[dynamics]") {
+  std::mt19937_64 random(12);
+  const SceneModel model = with_fields();
+  const std::vector<std::byte> bytes = encode(model);
+  const std::vector<SharedField> distances = distances_of(model);
+  int refused = 0;
+  constexpr int kChanges = 300;
+  for (int k = 0; k < kChanges; ++k) {
+    std::vector<std::byte> hostile = bytes;
+    hostile[random() % bytes.size()] ^= static_cast<std::byte>(1 + random() % 255);
+    refused += steps(hostile, distances) ? 0 : 1;
+  }
+  CHECK(refused > 0);
+  CHECK(refused < kChanges);
+  for (int k = 0; k < 20; ++k) {
+    std::vector<SharedField> lies = distances;
+    for (SharedField& lie : lies) {
+      const auto words = lie->words();
+      std::vector<std::uint64_t> other(words.begin(), words.end());
+      for (std::uint64_t& word : other)
+        if (random() % 4 == 0) word = random();
+      lie = std::make_shared<const collision::DistanceField>(lie->shape(), std::move(other));
+    }
+    CHECK(steps(bytes, lies));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "shared/publication/published_fields.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -104,6 +105,22 @@ TEST_CASE("Bodies of one shape share its field", "[published_fields]") {
   FieldWriter other(apart, scene);
   CHECK(other.writer.header().slot_offset[0] - view.header().slot_offset[0] ==
         (field_bytes + 63) / 64 * 64);
+}
+
+TEST_CASE("Copies of a reader's fields are the writer's, shared as they are",
+          "[published_fields]") {
+  const TestSession session;
+  const FieldWriter writer(session);
+  const SceneView view = view_of(session);
+  const StaticScene scene = field_scene();
+  const auto copies = copy_fields(view.fields(), view.reader().fixed_bytes());
+  REQUIRE(copies.size() == 3);
+  CHECK(copies[0] == copies[2]);
+  for (std::size_t i = 0; i < 3; ++i)
+    CHECK(std::ranges::equal(copies[i]->words(), scene.fields[i].field->words()));
+  const std::size_t bytes = copies[0]->bytes() + copies[1]->bytes();
+  CHECK_NOTHROW(copy_fields(view.fields(), bytes));
+  CHECK_THROWS_AS(copy_fields(view.fields(), bytes - 8), SegmentError);
 }
 
 TEST_CASE("A slot tells of each moving field what its snapshot does", "[published_fields]") {
