@@ -13,8 +13,8 @@ namespace stillgrid::haptic_server {
 
 using ToolWatch = publication::SegmentWatch<publication::ToolView>;
 
-/// A hand's scene, and the tools of the session's other hands as they come and go. Of a scene
-/// without a model there are none: nothing steps it here.
+/// A hand's scene, and the tools of the session's other hands as they come and go. A scene without
+/// a model has no such tools here.
 class HandView : public publication::SceneView {
  public:
   /// In real time threads of its own look for the tools. Throws as SceneView.
@@ -24,7 +24,7 @@ class HandView : public publication::SceneView {
   /// Thread: the one that ticks. Realtime: wait-free.
   [[nodiscard]] std::span<const publication::ToolView* const> take_tools() const noexcept;
 
-  /// Of the other hands; null: the own one's. For lockstep, which looks for the tools itself.
+  /// Returns a watch for each hand; null: the own one. A lockstep run polls them itself.
   [[nodiscard]] std::span<const std::unique_ptr<ToolWatch>> watches() const noexcept {
     return watches_;
   }

@@ -35,13 +35,18 @@ bool wait_for_tools(const Run& run, const HandView& scene, std::uint64_t now_ns)
     if (!watch) continue;
     const publication::ToolView* tool = nullptr;
     const auto word = [&] {
+      const bool has_ended = sample_ns(scene.reader()) == proto::kNever;
       tool = watch->acquire();
-      return tool != nullptr ? sample_ns(tool->reader()) : 0;
+      if (tool == nullptr && has_ended) {  // a tool that the simulation waited for is there by now
+        watch->poll();
+        tool = watch->acquire();
+      }
+      if (tool != nullptr) return sample_ns(tool->reader());
+      return has_ended ? proto::kNever : 0;
     };
     const auto still_there = [&] {
       watch->poll();
-      if (tool != nullptr) return tool->reader().writer_alive();
-      return scene.reader().writer_alive() && sample_ns(scene.reader()) != proto::kNever;
+      return tool != nullptr ? tool->reader().writer_alive() : scene.reader().writer_alive();
     };
     if (publication::wait_for_promise(word, now_ns + 1, still_there, run.stop) ==
         publication::WaitResult::kStopped)

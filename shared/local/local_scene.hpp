@@ -19,8 +19,8 @@ namespace stillgrid::local {
 ///
 /// Both processes step the same model from the same state along the same path, so they come to the
 /// same states, to the bit. A snapshot whose state the copy has had at that tick confirms it.
-/// Another one is loaded into a second copy, which catches up and then takes the first one's place:
-/// so is each that followed a tick in which another hand's tool was not where it was led on to.
+/// Another one is loaded into a second copy, which catches up and then takes the first one's place.
+/// A copy that led another hand's tool on to a wrong place is replaced in this way.
 ///
 /// Thread: one. Realtime: confirmed snapshots and ticks, as Engine::step(); loading another state
 /// allocates.
@@ -32,8 +32,8 @@ class LocalScene {
 
   /// Adds where the own tool is at a tick. Pre: later than the last.
   void add_to_path(const dynamics::PathPose& pose) noexcept { tools_[own_hand_].path.add(pose); }
-  /// Takes what the path of another hand's tool has gained; see dynamics::follow(). Beyond its
-  /// newest sample the tool goes on evenly for so many ticks, then it is away. Pre: hand < hands.
+  /// Adds the new samples of another hand's tool; see dynamics::follow(). The tool goes on evenly
+  /// for led_on_ticks beyond its newest sample, then it is away. Pre: hand < hands().
   template <class View>
   void follow(std::size_t hand, const View& path, std::uint64_t led_on_ticks) noexcept {
     dynamics::follow(path, tools_[hand].path);
