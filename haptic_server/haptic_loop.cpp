@@ -151,10 +151,11 @@ rendering::Renderer& HapticLoop::renderer_of(const publication::SceneView& scene
 }
 
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
-                        std::uint64_t now_ns, recording::TickRow& row) noexcept {
+                        std::uint64_t now_ns, recording::TickRow& row,
+                        std::span<const publication::ToolView* const> other_tools) noexcept {
   const realtime::FlushDenormals flush;
-  rendered_ =
-      has_pose_ ? renderer_of(scene).render(scene, pose_, now_ns) : rendering::RenderedTick{};
+  rendered_ = has_pose_ ? renderer_of(scene).render(scene, pose_, now_ns, other_tools)
+                        : rendering::RenderedTick{};
   if (rendered_.contended) flags_ |= safety::kFlagContended;
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
   if (rendered_.swept) flags_ |= safety::kFlagSwept;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "haptic_server/device/device_host.hpp"
@@ -62,9 +63,12 @@ class HapticLoop {
   [[nodiscard]] TickEnd sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   /// Renders the force, guards it, gives it to the device, and counts. row: of this tick, for a
-  /// record; its tick_ns is the caller's to fill in before count().
-  [[nodiscard]] TickEnd act(const publication::SceneView& scene, bool writer_alive,
-                            std::uint64_t now_ns, recording::TickRow& row) noexcept;
+  /// record; its tick_ns is the caller's to fill in before count(). other_tools: as
+  /// Renderer::render().
+  [[nodiscard]] TickEnd act(
+      const publication::SceneView& scene, bool writer_alive, std::uint64_t now_ns,
+      recording::TickRow& row,
+      std::span<const publication::ToolView* const> other_tools = {}) noexcept;
 
   /// Tells readers of the tool what the tick of the last act() took. In lockstep nothing is told.
   void note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency_ns,

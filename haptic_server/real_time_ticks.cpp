@@ -110,10 +110,10 @@ bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake) {
   if (!is_over && !run_.watchdog.is_stopping()) {
     run_.watchdog.tick();
     run_.tool.segment().require_whole();
-    const publication::SceneView& scene = *run_.watch.acquire(run_.loop.may_switch_scene());
+    const HandView& scene = *run_.watch.acquire(run_.loop.may_switch_scene());
     end_ = run_.loop.sense(scene, wake.now_ns);
     if (end_ == TickEnd::kGoOn) {
-      end_ = run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_);
+      end_ = run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_, scene.take_tools());
       row_.tick_ns = realtime::monotonic_ns() - wake.now_ns;
       run_.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
       run_.report.wake_ns.record(wake.now_ns - wake.deadline_ns);

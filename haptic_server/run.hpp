@@ -5,6 +5,7 @@
 
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/driver_watch.hpp"
+#include "haptic_server/hand_view.hpp"
 #include "haptic_server/haptic_loop.hpp"
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/safety/guardian.hpp"
@@ -16,7 +17,7 @@
 
 namespace stillgrid::haptic_server {
 
-using SceneWatch = publication::SegmentWatch<publication::SceneView>;
+using SceneWatch = publication::SegmentWatch<HandView>;
 
 /// Everything one run needs, made before the loop starts.
 struct Run {

@@ -37,8 +37,8 @@ std::string other_owner(const std::string& session) {
 
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
 /// that its sim_server loads.
-const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
-                                             const std::atomic<bool>& stop) {
+const HandView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
+                               const std::atomic<bool>& stop) {
   const std::uint64_t begin_ns = realtime::monotonic_ns();
   std::uint64_t alone_since_ns = begin_ns;
   std::uint64_t asked_ns = begin_ns;
@@ -46,7 +46,7 @@ const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOpti
   const auto is_loading = [](std::string_view session) {
     return publication::is_writer_loading(session, proto::SegmentKind::kScene);
   };
-  const publication::SceneView* scene = nullptr;
+  const HandView* scene = nullptr;
   while ((scene = watch.acquire()) == nullptr && !stop) {
     watch.poll();
     const std::uint64_t now_ns = realtime::monotonic_ns();

@@ -17,6 +17,9 @@ inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
 
+inline constexpr std::size_t kMaxHands = 4;  // of a session, each with segments of its own
+inline constexpr std::size_t kHandNameBytes = 24;
+
 /// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
 inline constexpr std::uint32_t kMaxLevels = 8;
 
@@ -190,6 +193,10 @@ struct SceneHeader {
   std::uint64_t model_offset;    // bytes from the segment's start to the scene's model
   std::uint64_t model_bytes;     // 0: none, and no snapshot has a state
   std::uint64_t state_capacity;  // bytes that a slot has for a state, a multiple of 8
+  std::uint32_t hand_count;      // of the session; 0: not told
+  std::uint32_t hand;            // number of this segment's
+  // Names, zero-terminated; empty: the only hand.
+  std::array<std::array<char, kHandNameBytes>, kMaxHands> hands;
 };
 
 /// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock. Behind
@@ -223,7 +230,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<36>({sizeof(SegmentHeader),
+    layout_hash<37>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -258,6 +265,7 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      sizeof(TouchShape),
                      sizeof(TouchLabel),
                      offsetof(SceneHeader, model_offset),
-                     offsetof(SnapshotHeader, state_bytes)});
+                     offsetof(SnapshotHeader, state_bytes),
+                     offsetof(SceneHeader, hand_count)});
 
 }  // namespace stillgrid::proto

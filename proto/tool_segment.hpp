@@ -6,7 +6,6 @@
 namespace stillgrid::proto {
 
 inline constexpr std::uint32_t kMaxShiftedBodies = 4;
-inline constexpr std::size_t kMaxHands = 4;  // of a session, each with a tool segment of its own
 
 /// By how much a body is displayed beside where its snapshot says; zero: no body.
 struct BodyShift {

@@ -107,7 +107,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(offline);
   app.add_flag("--with-state", server.with_state,
                "Publish the state with each snapshot and keep to the tools' paths, for "
-               "haptic_server --transition local; one hand, no substeps")
+               "haptic_server --transition local; no substeps")
       ->excludes(offline);
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))

@@ -62,6 +62,8 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
   fixed.predicts = predicts(scene) && !(with_state && simulation.has_ticks());
+  for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);
+  fixed.hand = number;
   if (with_state && simulation.has_ticks()) add_model(scene, simulation, fixed);
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);

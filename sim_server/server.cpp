@@ -117,7 +117,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const dynamics::Budget budget = budget_of(scene.period_s, stop);
     if (paths)
       for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
-        paths->follow(hand, session.hands()[hand].tool().acquire());
+        paths->follow(hand, session.hands()[hand].living_tool());
     const dynamics::StepReport step =
         paths ? paths->step_to(paths->newest(wake.now_ns / proto::kPathTick_ns), simulation, budget)
               : simulation.step(scene.period_s, take_tools, budget);

@@ -14,11 +14,12 @@ constexpr int kCatchUpTicks = 3;
 
 using Distances = std::span<const std::shared_ptr<const collision::DistanceField>>;
 
-dynamics::SceneModel one_handed(std::span<const std::byte> bytes, Distances distances) {
+dynamics::SceneModel model_of_hands(std::span<const std::byte> bytes, Distances distances,
+                                    std::size_t hands) {
   dynamics::SceneModel model = dynamics::decode(bytes, distances);
-  if (model.hands != 1)
-    throw std::invalid_argument("the scene has " + std::to_string(model.hands) +
-                                " hands; expected one");
+  if (model.hands != hands)
+    throw std::invalid_argument("the model has " + std::to_string(model.hands) +
+                                " hands; expected " + std::to_string(hands));
   if (!(dynamics::counted_tick_ns(model) <= dynamics::kLongestTick_ns))
     throw std::invalid_argument("a tick of the scene takes too long");
   return model;
@@ -26,11 +27,30 @@ dynamics::SceneModel one_handed(std::span<const std::byte> bytes, Distances dist
 
 }  // namespace
 
-LocalScene::LocalScene(std::span<const std::byte> model, Distances distances)
-    : LocalScene(one_handed(model, distances)) {}
+LocalScene::LocalScene(std::span<const std::byte> model, Distances distances, std::size_t hands,
+                       std::size_t own_hand)
+    : LocalScene(model_of_hands(model, distances, hands), own_hand) {}
 
-LocalScene::LocalScene(const dynamics::SceneModel& model)
-    : copies_{Copy(model), Copy(model)}, passed_(kPassed) {}
+LocalScene::LocalScene(const dynamics::SceneModel& model, std::size_t own_hand)
+    : copies_{Copy(model), Copy(model)},
+      tools_(model.hands),
+      own_hand_(own_hand),
+      poses_(model.hands),
+      passed_(kPassed) {
+  if (own_hand >= model.hands) throw std::invalid_argument("the model has no such hand");
+}
+
+std::optional<dynamics::ToolPose> LocalScene::Tool::pose_at(std::uint64_t tick) const noexcept {
+  const std::uint64_t newest = path.newest().value_or(tick);
+  const std::uint64_t led_on = tick - std::min(tick, newest);
+  if (led_on > led_on_ticks) return std::nullopt;
+  const auto at = path.pose_at(tick - led_on);
+  if (!at) return std::nullopt;
+  const Eigen::Vector3d moved_m =
+      static_cast<double>(led_on) * dynamics::kTick_s * at->velocity_m_s;
+  return dynamics::ToolPose{led_on == 0 ? at->position_m : at->position_m + moved_m,
+                            at->orientation, at->velocity_m_s};
+}
 
 bool LocalScene::confirms(std::uint64_t tick, std::uint64_t hash) const noexcept {
   const Copy& next = other();
@@ -59,18 +79,17 @@ void LocalScene::note(const Copy& copy) noexcept {
 }
 
 void LocalScene::step(Copy& copy) {
-  std::optional<dynamics::ToolPose> pose;
-  if (const auto at = path_.pose_at(copy.tick + 1))
-    pose = {at->position_m, at->orientation, at->velocity_m_s};
-  copy.ticks.step({.tools = std::span(&pose, 1)});
+  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+    poses_[hand] = tools_[hand].pose_at(copy.tick + 1);
+  copy.ticks.step({.tools = poses_});
   ++copy.tick;
   note(copy);
 }
 
 bool LocalScene::advance_to(std::uint64_t tick) {
   caught_up_ = 0;
-  // Behind its newest point the path is not known yet.
-  const std::uint64_t known = std::min(tick, path_.newest().value_or(0));
+  // Behind its newest point the own path is not known yet.
+  const std::uint64_t known = std::min(tick, tools_[own_hand_].path.newest().value_or(0));
   while (shown_->is_begun && shown_->tick < known) step(*shown_);
   Copy& next = other();
   for (; next.is_begun && next.tick < known && caught_up_ < kCatchUpTicks; ++caught_up_) step(next);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,24 +14,38 @@
 
 namespace stillgrid::local {
 
-/// A copy of a simulated scene that goes on from its snapshots, tick by tick, along the path that
-/// the tool takes (docs/algorithms/local.md).
+/// A copy of a simulated scene that goes on from its snapshots, tick by tick, along the paths that
+/// the tools take (docs/algorithms/local.md).
 ///
 /// Both processes step the same model from the same state along the same path, so they come to the
 /// same states, to the bit. A snapshot whose state the copy has had at that tick confirms it.
 /// Another one is loaded into a second copy, which catches up and then takes the first one's place.
+/// A copy that led another hand's tool on to a wrong place is replaced in this way.
 ///
 /// Thread: one. Realtime: confirmed snapshots and ticks, as Engine::step(); loading another state
 /// allocates.
 class LocalScene {
  public:
-  /// Decodes a model with the distances of its fields; see dynamics::decode(). Throws
-  /// std::invalid_argument where it is not sound, or has another number of hands than one.
+  /// Decodes a model of a session's hands, of which this process has one, with the distances of its
+  /// fields; see dynamics::decode(). Throws std::invalid_argument where it is not sound, has
+  /// another number of hands, or takes too long a tick.
   LocalScene(std::span<const std::byte> model,
-             std::span<const std::shared_ptr<const collision::DistanceField>> distances);
+             std::span<const std::shared_ptr<const collision::DistanceField>> distances,
+             std::size_t hands, std::size_t own_hand);
 
-  /// Adds where the tool is at a tick. Pre: later than the last.
-  void add_to_path(const dynamics::PathPose& pose) noexcept { path_.add(pose); }
+  /// Adds where the own tool is at a tick. Pre: later than the last.
+  void add_to_path(const dynamics::PathPose& pose) noexcept { tools_[own_hand_].path.add(pose); }
+  /// Adds the new samples of another hand's tool; see dynamics::follow(). The tool goes on evenly
+  /// for led_on_ticks beyond its newest sample, then it is away. Pre: hand < hands().
+  template <class View>
+  void follow(std::size_t hand, const View& path, std::uint64_t led_on_ticks) noexcept {
+    dynamics::follow(path, tools_[hand].path);
+    tools_[hand].led_on_ticks = led_on_ticks;
+  }
+  /// Another hand's tool is away beyond its newest sample.
+  void leave(std::size_t hand) noexcept { tools_[hand].led_on_ticks = 0; }
+  [[nodiscard]] std::size_t own_hand() const noexcept { return own_hand_; }
+  [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
 
   /// Whether the copy had this state at that tick. Then nothing is to be done.
   [[nodiscard]] bool confirms(std::uint64_t tick, std::uint64_t hash) const noexcept;
@@ -64,7 +79,12 @@ class LocalScene {
   struct Passed {
     std::uint64_t tick = UINT64_MAX, hash = 0;
   };
-  explicit LocalScene(const dynamics::SceneModel& model);
+  struct Tool {
+    [[nodiscard]] std::optional<dynamics::ToolPose> pose_at(std::uint64_t tick) const noexcept;
+    dynamics::TickPath path;
+    std::uint64_t led_on_ticks = 0;
+  };
+  LocalScene(const dynamics::SceneModel& model, std::size_t own_hand);
   [[nodiscard]] Copy& other() noexcept { return copies_[shown_ == &copies_[0] ? 1 : 0]; }
   [[nodiscard]] const Copy& other() const noexcept {
     return copies_[shown_ == &copies_[0] ? 1 : 0];
@@ -75,7 +95,9 @@ class LocalScene {
   static constexpr std::size_t kPassed = 4096;
   std::array<Copy, 2> copies_;
   Copy* shown_ = &copies_[0];
-  dynamics::TickPath path_;
+  std::vector<Tool> tools_;  // by hand
+  std::size_t own_hand_;
+  std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   std::vector<Passed> passed_;  // states of the copies, by tick modulo kPassed
   int caught_up_ = 0;
 };

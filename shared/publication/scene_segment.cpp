@@ -8,6 +8,8 @@
 #include <cstring>
 #include <utility>
 
+#include "shared/publication/hands.hpp"
+
 namespace stillgrid::publication {
 namespace {
 
@@ -55,6 +57,11 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   header.model_offset = (fields.end_bytes + 7) / 8 * 8;
   header.model_bytes = scene.model.size();
   header.state_capacity = scene.model.empty() ? 0 : (scene.state_capacity + 7) / 8 * 8;
+  assert(scene.hands.size() <= proto::kMaxHands);
+  header.hand_count = static_cast<std::uint32_t>(scene.hands.size());
+  header.hand = static_cast<std::uint32_t>(scene.hand);
+  for (std::size_t i = 0; i < scene.hands.size(); ++i)
+    scene.hands[i].copy(header.hands[i].data(), proto::kHandNameBytes - 1);
   return header;
 }
 
@@ -108,12 +115,24 @@ bool all_finite(Values... values) {
   return (std::isfinite(values) && ...);
 }
 
+/// Segments are opened by these names. A hand without a name has a session to itself.
+bool are_sound_hands(const proto::SceneHeader& scene) {
+  const std::size_t count = scene.hand_count;
+  if (count > proto::kMaxHands || scene.hand >= std::max<std::size_t>(count, 1)) return false;
+  const auto is_good = [&](const auto& name) {
+    if (name.back() != '\0') return false;
+    return hand_complaint(name.data()).empty() || (count == 1 && name.front() == '\0');
+  };
+  return std::all_of(scene.hands.begin(), scene.hands.begin() + static_cast<std::ptrdiff_t>(count),
+                     is_good);
+}
+
 }  // namespace
 
 bool is_sound(const proto::SceneHeader& scene) {
   if (scene.name.back() != '\0' || scene.material_count > proto::kMaxMaterials ||
       scene.plane_count > proto::kMaxPlanes || scene.tool_sphere_count == 0 ||
-      scene.tool_sphere_count > proto::kMaxToolSpheres)
+      scene.tool_sphere_count > proto::kMaxToolSpheres || !are_sound_hands(scene))
     return false;
   const auto& device = scene.device;
   const auto& q = device.orientation_xyzw;

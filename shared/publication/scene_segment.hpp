@@ -29,6 +29,8 @@ struct StaticScene {
   float voxel_ratio = 2.0F;      // of the static grid; twice a probe's own size is searched fastest
   std::vector<std::byte> model;  // what steps the scene elsewhere; empty: snapshots have no state
   std::size_t state_capacity = 0;  // bytes of the largest state of a snapshot
+  std::vector<std::string> hands;  // names of all hands of the session, at most kMaxHands
+  std::size_t hand = 0;            // which of them the segment is for
 };
 
 /// The largest probe that touch lists serve, of a tool whose largest sphere has that radius: an
@@ -122,8 +124,8 @@ class SceneWriter {
   SegmentWriter segment_;
 };
 
-/// Whether counts, materials, planes, tool and place of the device are ones that may be: what every
-/// reader asks of a fixed part first.
+/// Whether counts, materials, planes, tool, hands and place of the device are ones that may be:
+/// what every reader asks of a fixed part first.
 [[nodiscard]] bool is_sound(const proto::SceneHeader& scene);
 
 /// Copies a slot's SnapshotHeader, of its grid only the levels it counts. Realtime: yes.

@@ -177,6 +177,7 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
   const std::string name = segment_path(session, kind);
   if (name.empty()) return std::nullopt;
   SegmentReader reader;
+  reader.session_ = session;
   // Not by the library, which would wait at a pipe for its other end.
   reader.object_ = open_as_found(name);
   if (reader.object_.get() < 0 && errno == ENOENT) return std::nullopt;

@@ -103,6 +103,8 @@ class SegmentReader {
   [[nodiscard]] const std::byte* bytes() const noexcept;
   [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept { return buffer_; }
   [[nodiscard]] ObjectId id() const noexcept { return id_; }
+  /// As it was opened.
+  [[nodiscard]] const std::string& session() const noexcept { return session_; }
 
   /// Bytes before the first slot.
   [[nodiscard]] std::size_t fixed_bytes() const noexcept;
@@ -116,6 +118,7 @@ class SegmentReader {
 
  private:
   SegmentReader() = default;
+  std::string session_;
   FileDescriptor object_;
   boost::interprocess::mapped_region region_;
   std::optional<MappingGuard> guard_;  // after the mapping: it stands for it

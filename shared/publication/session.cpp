@@ -31,11 +31,16 @@ HandSession::HandSession(std::string session, SessionLock lock, const StaticScen
               if (report) report(refusal);
             }) {}
 
-std::optional<proto::ToolState> HandSession::take_tool() noexcept {
+const ToolView* HandSession::living_tool() noexcept {
   const ToolView* view = tool_.acquire();
   // In lockstep a peer that has died ends the run, and no poll asks about it here.
   const bool is_real = view != nullptr && view->header().clock == proto::Clock::kMonotonic;
-  if (view == nullptr || (is_real && !tool_.writer_alive())) {
+  return is_real && !tool_.writer_alive() ? nullptr : view;
+}
+
+std::optional<proto::ToolState> HandSession::take_tool() noexcept {
+  const ToolView* view = living_tool();
+  if (view == nullptr) {
     last_tool_.reset();
   } else if (const auto state = view->read()) {
     last_tool_ = state;  // else the last good one stands

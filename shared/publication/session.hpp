@@ -45,6 +45,10 @@ class HandSession {
   /// was overtaken. Realtime: wait-free.
   [[nodiscard]] std::optional<proto::ToolState> take_tool() noexcept;
 
+  /// The tool's segment; null while its haptic_server is away. Thread: as take_tool(). Realtime:
+  /// wait-free.
+  [[nodiscard]] const ToolView* living_tool() noexcept;
+
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
   [[nodiscard]] SegmentWatch<ToolView>& tool() noexcept { return tool_; }

@@ -37,11 +37,34 @@ proto::FieldState state_of(const dynamics::Description::Field& field,
       state.rigid_velocity_m_s[rigid].vector() + spin_rad_s.cross(arm_m), spin_rad_s);
 }
 
+/// Ticks by which another hand's tool is led on. In virtual time its samples are complete: it is
+/// led on between two of them alone.
+std::uint64_t led_on_ticks(const proto::SegmentHeader& tool) {
+  constexpr std::uint64_t kLongest = 100;  // then the simulation waits for it no longer
+  if (tool.clock == proto::Clock::kMonotonic) return kLongest;
+  const std::uint64_t period_ns = std::max<std::uint64_t>(tool.period_ns, 1);
+  return std::min(kLongest, (period_ns - 1) / proto::kPathTick_ns);
+}
+
+void follow_others(const TickScene& scene, local::LocalScene& local) {
+  for (std::size_t hand = 0; hand < local.hands(); ++hand) {
+    if (hand == local.own_hand()) continue;
+    const bool is_here = hand < scene.other_tools.size() && scene.other_tools[hand] != nullptr;
+    if (!is_here) {
+      local.leave(hand);
+      continue;
+    }
+    const publication::ToolView& tool = *scene.other_tools[hand];
+    local.follow(hand, tool.path(), led_on_ticks(tool.header()));
+  }
+}
+
 }  // namespace
 
 /// Moving spheres come first in a model. Fields: see moving_among().
 LocalRenderer::Local::Local(const publication::SceneView& view)
-    : scene(view.model(), publication::copy_fields(view.fields(), view.reader().fixed_bytes())),
+    : scene(view.model(), publication::copy_fields(view.fields(), view.reader().fixed_bytes()),
+            std::max(view.scene().hand_count, 1U), view.scene().hand),
       records(view.scene().moving_capacity),
       fields(moving_among(view.fields())),
       field_words(fields.records().size_bytes() / 8) {
@@ -116,6 +139,7 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (!local_) return;
   local_->scene.add_to_path({path_number(scene.now_ns), scene.pose.position_m,
                              scene.pose.orientation, scene.pose.velocity_m_s});
+  follow_others(scene, local_->scene);
   is_local_ = local_->scene.advance_to(path_number(scene.now_ns));
 }
 

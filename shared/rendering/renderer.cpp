@@ -50,8 +50,9 @@ ToolForce TickScene::force_of(const TouchedSpheres& touched,
 }
 
 RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPose& pose,
-                              std::uint64_t now_ns) noexcept {
-  const TickScene tick_scene{scene, pose, now_ns};
+                              std::uint64_t now_ns,
+                              std::span<const publication::ToolView* const> other_tools) noexcept {
+  const TickScene tick_scene{scene, pose, now_ns, other_tools};
   prepare(tick_scene, reader_.turn_to(scene));
   const publication::SnapshotLook look = reader_.look(
       scene, [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {

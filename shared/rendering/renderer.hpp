@@ -10,6 +10,7 @@
 #include "shared/display/transition.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/snapshot_reader.hpp"
+#include "shared/publication/tool_segment.hpp"
 #include "shared/rendering/tool_force.hpp"
 #include "shared/rendering/touched_spheres.hpp"
 
@@ -57,6 +58,8 @@ struct TickScene {
   const publication::SceneView& view;
   const ToolPose& pose;
   std::uint64_t now_ns;
+  // By hand; null: away, and the own hand's.
+  std::span<const publication::ToolView* const> other_tools = {};
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
 
@@ -88,9 +91,11 @@ class Renderer {
 
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
   /// cannot be read what the last good one left stands; before the first there is no force.
+  /// other_tools: of the session's hands, in their order; null: away, and the own hand's.
   /// Realtime: wait-free, allocates nothing.
-  [[nodiscard]] RenderedTick render(const publication::SceneView& scene, const ToolPose& pose,
-                                    std::uint64_t now_ns) noexcept;
+  [[nodiscard]] RenderedTick render(
+      const publication::SceneView& scene, const ToolPose& pose, std::uint64_t now_ns,
+      std::span<const publication::ToolView* const> other_tools = {}) noexcept;
 
  protected:
   [[nodiscard]] const publication::SnapshotReader& reader() const noexcept { return reader_; }

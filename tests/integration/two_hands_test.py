@@ -42,6 +42,33 @@ mass_kg = 0.1
 position_m = [1.0, 0.0, 0.0]
 material = "soft"
 """
+# Two hands press a free ball between them.
+SQUEEZED = """format = 2
+[world]
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[simulation]
+rate_hz = 33.0
+integrator = "velocity_verlet"
+[[hand]]
+name = "left"
+device = { position_m = [-0.05, 0.0, 0.0] }
+tool = { radius_m = 0.008 }
+[[hand]]
+name = "right"
+device = { position_m = [0.05, 0.0, 0.0] }
+tool = { radius_m = 0.008 }
+[[material]]
+name = "m"
+contact_stiffness_N_per_m = 500.0
+contact_damping_N_s_per_m = 1.0
+friction = 0.5
+[[body]]
+name = "ball"
+kind = "sphere"
+radius_m = 0.02
+mass_kg = 0.1
+material = "m"
+"""
 
 
 def path_of(scene, hand):
@@ -52,7 +79,7 @@ class HandsTest(daemons.SessionTest):
     def hand(self, name, device, *arguments):
         return self.haptic_server(device, "--hand", name, *arguments)
 
-    def run_hands(self, scene, devices, duration_s, sim=(), durations=None):
+    def run_hands(self, scene, devices, duration_s, sim=(), durations=None, haptic=()):
         """Lockstep to the end. The recordings by hand, as bytes, and the final state."""
         count = next(self.counter)
         sim_server = self.sim_server(scene, "--lockstep", "--duration", duration_s, "--final-state",
@@ -62,7 +89,8 @@ class HandsTest(daemons.SessionTest):
         for name, device in devices.items():
             started[name] = self.hand(name, device, "--lockstep", "--duration",
                                       (durations or {}).get(name, duration_s), "--record",
-                                      self.folder / f"{count}.{name}.csv", "--report", self.report(count, name))
+                                      self.folder / f"{count}.{name}.csv", "--report", self.report(count, name),
+                                      *haptic)
         for name, daemon in started.items():
             self.assertEqual(daemon.wait(), DONE, (name, daemon.lines()))
         self.assertEqual(sim_server.wait(), DONE, sim_server.lines())
@@ -223,6 +251,51 @@ class ShippedScenesTest(HandsTest):
             self.assertAlmostEqual(on_hands[2], -weight_N, delta=0.05 * weight_N)
             pressed = daemons.vectors(felt[0], "rendered_f", "N")[held].mean(0)[0]
             self.assertLess(pressed, -0.2)
+
+
+class LocalTest(HandsTest):
+    """The copies of a scene that all hands step: --transition local."""
+
+    def felt(self, scene, devices, seconds, sim, durations=None):
+        """What each hand did and felt, by column, as the recordings tell it."""
+        self.run_hands(scene, devices, seconds, ("--with-state", *sim), durations, ("--transition", "local"))
+        recordings = (daemons.read_recording(self.folder / f"{self.last}.{name}.csv") for name in devices)
+        skipped = ("snapshot", "alpha", "age", "tick", "flags")
+        return [{column: values for column, values in recording.columns.items() if not column.startswith(skipped)}
+                for recording in recordings]
+
+    def assert_equal(self, ours, theirs):
+        for a, b in zip(ours, theirs, strict=True):
+            self.assertEqual(a.keys(), b.keys())
+            self.assertIn("rendered_fx_N", a)
+            for column, values in a.items():
+                numpy.testing.assert_array_equal(values, b[column], column)
+
+    def test_two_hands_squeeze_a_free_ball_steadily_at_any_rate(self):
+        scene = self.write("squeezed.toml", SQUEEZED)
+        devices = {name: f"phantom:profile=premium15,hand=light,path=still,centre_x_m={x_m},centre_z_m=0"
+                   for name, x_m in zip(HANDS, (0.03, -0.03))}
+        seconds = 6.1
+        often = self.felt(scene, devices, seconds, ("--rate", 100))
+        seldom = self.felt(scene, devices, seconds, ("--rate", 10, "--jitter", 0.3, "--latency", 0.07))
+        self.assert_equal(often, seldom)
+        for felt, sign in zip(seldom, (-1.0, 1.0)):
+            pressed_N = sign * felt["fx_N"][felt["time_s"] > 3.0]
+            self.assertAlmostEqual(pressed_N.mean(), 1.48, delta=0.02)
+            self.assertLess(numpy.ptp(pressed_N), 0.01 * 1.48)
+
+    def test_the_shipped_scenes_feel_alike_at_1000_and_30_hz(self):
+        for scene in ("block_pinched", "cloth_held_by_two"):
+            devices = {name: path_of(scene, name) for name in HANDS}
+            often, seldom = (self.felt(scene, devices, 6.3, ("--rate", rate)) for rate in (1000, 30))
+            self.assert_equal(often, seldom)
+
+    def test_a_hand_that_is_done_leaves_the_other_to_feel_alike(self):
+        scene = self.write("squeezed.toml", SQUEEZED)
+        devices = {name: f"phantom:profile=premium15,hand=light,path=still,centre_x_m={x_m},centre_z_m=0"
+                   for name, x_m in zip(HANDS, (0.03, -0.03))}
+        runs = [self.felt(scene, devices, 2.3, ("--rate", rate), {"left": 0.7}) for rate in (100, 10)]
+        self.assert_equal(*runs)
 
 
 class RefusalTest(HandsTest):

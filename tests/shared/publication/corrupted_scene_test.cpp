@@ -95,6 +95,18 @@ TEST_CASE("A fixed part that leads outside the segment is refused", "[corrupted_
   CHECK(is_refused([](auto& scene) { scene.static_offset += 64; }));
   CHECK(is_refused([](auto& scene) { scene.static_offset = UINT64_MAX - 63; }));
   CHECK(is_refused([](auto& scene) { scene.moving_capacity = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.hand_count = proto::kMaxHands + 1; }));
+  CHECK(is_refused([](auto& scene) { scene.hand = 1; }));
+  const auto is_name_refused = [&](std::string_view name) {
+    return is_refused([&](auto& scene) {
+      scene.hand_count = 2;
+      scene.hands = {{{'a'}, {}}};
+      name.copy(scene.hands[1].data(), proto::kHandNameBytes);
+    });
+  };
+  CHECK_FALSE(is_name_refused("b"));
+  for (const char* name : {"", "../b", "a+b", "a name of 17 chars", "0123456789012345678901234567"})
+    CHECK(is_name_refused(name));
   CHECK(is_refused([](auto& scene) { scene.moving_capacity *= 2; }));
   CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count = 0xFFFFFFFF; }));
   CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count += 10; }));

@@ -96,7 +96,11 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SceneHeader, tool) == 3112);
   CHECK(offsetof(proto::SceneHeader, field_count) == 3368);
   CHECK(offsetof(proto::SceneHeader, fields) == 3376);
-  CHECK(sizeof(proto::SceneHeader) == 12488);
+  CHECK(offsetof(proto::SceneHeader, model_offset) == 12488);
+  CHECK(offsetof(proto::SceneHeader, hand_count) == 12512);
+  CHECK(offsetof(proto::SceneHeader, hand) == 12516);
+  CHECK(offsetof(proto::SceneHeader, hands) == 12520);
+  CHECK(sizeof(proto::SceneHeader) == 12616);
   CHECK(offsetof(proto::SceneHeader, touch_lists) == 12080);
   CHECK(offsetof(proto::TouchShape, cell_count) == 8);
   CHECK(offsetof(proto::TouchShape, entry_count) == 12);
@@ -122,8 +126,9 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SnapshotHeader, modes) == 136);
   CHECK(offsetof(proto::SnapshotHeader, turning) == 376);
   CHECK(offsetof(proto::SnapshotHeader, largest_response) == 1080);
-  CHECK(offsetof(proto::SnapshotHeader, grid) == 1088);
-  CHECK(sizeof(proto::SnapshotHeader) == 1480);
+  CHECK(offsetof(proto::SnapshotHeader, state_bytes) == 1088);
+  CHECK(offsetof(proto::SnapshotHeader, grid) == 1112);
+  CHECK(sizeof(proto::SnapshotHeader) == 1504);
   CHECK(sizeof(proto::ResponseMode) == 20);
   CHECK(offsetof(proto::TurningBody, centre_m) == 4);
   CHECK(offsetof(proto::TurningBody, velocity_m_s) == 16);
@@ -200,7 +205,7 @@ TEST_CASE("A scene segment is its header, its static spheres twice and two slots
   const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
   const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64 + 144 * 7;
   const proto::TouchShape& lists = scene.writer().scene().touch_lists;
-  CHECK(lists.offset == (12992 + static_bytes + 63) / 64 * 64);
+  CHECK(lists.offset == (13120 + static_bytes + 63) / 64 * 64);
   const std::size_t list_bytes =
       (std::size_t{lists.cell_count} * 4 + 4 + 63) / 64 * 64 + std::size_t{lists.entry_count} * 32;
   const std::size_t first_slot = (lists.offset + list_bytes + 63) / 64 * 64;
@@ -220,7 +225,7 @@ TEST_CASE("Fields stand behind the touch lists, and their records behind the res
   const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
   const PublishedField &ball = scene.fields[0], &slab = scene.fields[1];
   const proto::TouchShape& lists = writer.scene().touch_lists;
-  CHECK(lists.offset == to_line(12992 + static_bytes));
+  CHECK(lists.offset == to_line(13120 + static_bytes));
   const std::size_t list_bytes =
       to_line(std::size_t{lists.cell_count} * 4 + 4) + std::size_t{lists.entry_count} * 32;
   const std::size_t first = to_line(lists.offset + list_bytes),
