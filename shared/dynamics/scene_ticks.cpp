@@ -13,16 +13,17 @@ SceneTicks::SceneTicks(SceneModel model, double time_s, EngineMethod method)
     : prescribed_(std::move(model.prescribed)),
       hands_(model.hands),
       time_s_(time_s),
-      engine_(std::move(model.description), std::move(model.start), method) {
-  const Description& description = engine_.description();
+      engine_(
+          std::make_unique<Engine>(std::move(model.description), std::move(model.start), method)) {
+  const Description& description = engine_->description();
   for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
     if (description.rigid_bodies[r].is_driven)
-      driven_.emplace_back().orientation = engine_.state().orientation[r].quaternion();
+      driven_.emplace_back().orientation = engine_->state().orientation[r].quaternion();
 }
 
 /// Where driven bodies are at the end of the tick.
 void SceneTicks::aim(const Tick& tick) {
-  const SceneState& state = engine_.state();
+  const SceneState& state = engine_->state();
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
     driven_[k].position_m = prescribed_[k].position_m(time_s_ + tick.length_s);
   for (std::size_t hand = 0; hand < hands_; ++hand) {
@@ -50,12 +51,12 @@ void SceneTicks::aim(const Tick& tick) {
 
 void SceneTicks::step(const Tick& tick) {
   aim(tick);
-  engine_.step(driven_, tick.length_s, tick.substeps);
+  engine_->step(driven_, tick.length_s, tick.substeps);
   time_s_ += tick.length_s;
 }
 
 void SceneTicks::save(std::vector<std::byte>& block) const {
-  engine_.save(block);
+  engine_->save(block);
   block.resize(block.size() + sizeof time_s_);
   std::memcpy(block.data() + block.size() - sizeof time_s_, &time_s_, sizeof time_s_);
 }
@@ -65,7 +66,7 @@ void SceneTicks::load(std::span<const std::byte> block) {
   if (block.size() < sizeof time_s) throw std::invalid_argument("the block ends too early");
   std::memcpy(&time_s, block.last(sizeof time_s).data(), sizeof time_s);
   if (!(std::abs(time_s) < 1e12)) throw std::invalid_argument("the block's time is not a time");
-  engine_.load(block.first(block.size() - sizeof time_s));
+  engine_->load(block.first(block.size() - sizeof time_s));
   time_s_ = time_s;
 }
 

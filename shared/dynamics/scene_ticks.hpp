@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -45,8 +46,8 @@ class SceneTicks {
   void save(std::vector<std::byte>& block) const;
   void load(std::span<const std::byte> block);
 
-  [[nodiscard]] Engine& engine() noexcept { return engine_; }
-  [[nodiscard]] const Engine& engine() const noexcept { return engine_; }
+  [[nodiscard]] Engine& engine() noexcept { return *engine_; }
+  [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
   void set_time(double time_s) noexcept { time_s_ = time_s; }
   void set_prescribed(std::size_t body, const PrescribedMotion& motion) {
@@ -58,7 +59,7 @@ class SceneTicks {
     return driven_.size() - hands_ + hand;
   }
   [[nodiscard]] std::size_t rigid_of_hand(std::size_t hand) const noexcept {
-    return engine_.state().rigid_position_m.size() - hands_ + hand;
+    return engine_->state().rigid_position_m.size() - hands_ + hand;
   }
 
  private:
@@ -68,7 +69,7 @@ class SceneTicks {
   std::size_t hands_;
   std::vector<DrivenPose> driven_;  // at the end of a tick
   double time_s_;
-  Engine engine_;
+  std::unique_ptr<Engine> engine_;
 };
 
 }  // namespace stillgrid::dynamics
