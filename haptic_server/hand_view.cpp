@@ -24,7 +24,7 @@ HandView::HandView(publication::SegmentReader&& of_scene) : SceneView(std::move(
   }
 }
 
-std::span<const publication::ToolView* const> HandView::take_tools() const noexcept {
+std::span<const publication::ToolView* const> HandView::look_at_tools() const noexcept {
   const bool is_real = header().clock == proto::Clock::kMonotonic;
   for (std::size_t hand = 0; hand < watches_.size(); ++hand) {
     if (!watches_[hand]) continue;

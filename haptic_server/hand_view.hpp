@@ -22,7 +22,7 @@ class HandView : public publication::SceneView {
 
   /// The tools in the order of the hands, until the next call; null: away, and the own hand's.
   /// Thread: the one that ticks. Realtime: wait-free.
-  [[nodiscard]] std::span<const publication::ToolView* const> take_tools() const noexcept;
+  [[nodiscard]] std::span<const publication::ToolView* const> look_at_tools() const noexcept;
 
   /// Returns a watch for each hand; null: the own one. A lockstep run polls them itself.
   [[nodiscard]] std::span<const std::unique_ptr<ToolWatch>> watches() const noexcept {
@@ -30,8 +30,8 @@ class HandView : public publication::SceneView {
   }
 
  private:
-  std::vector<std::unique_ptr<ToolWatch>> watches_;          // by hand
-  mutable std::vector<const publication::ToolView*> tools_;  // of the last take_tools()
+  std::vector<std::unique_ptr<ToolWatch>> watches_;          // one a hand
+  mutable std::vector<const publication::ToolView*> tools_;  // the last look at them
 };
 
 }  // namespace stillgrid::haptic_server

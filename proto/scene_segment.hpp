@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
 
-inline constexpr std::size_t kMaxHands = 4;  // of a session, each with segments of its own
+inline constexpr std::size_t kMaxHands = 4;  // each with segments of its own
 inline constexpr std::size_t kHandNameBytes = 24;
 
 /// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
@@ -191,9 +191,9 @@ struct SceneHeader {
   std::array<FieldBody, kMaxFields> fields;
   TouchShape touch_lists;
   std::uint64_t model_offset;    // bytes from the segment's start to the scene's model
-  std::uint64_t model_bytes;     // 0: none, and no snapshot has a state
+  std::uint64_t model_bytes;     // 0: snapshots have no state
   std::uint64_t state_capacity;  // bytes that a slot has for a state, a multiple of 8
-  std::uint32_t hand_count;      // of the session; 0: not told
+  std::uint32_t hand_count;      // hands in the session; 0: unknown
   std::uint32_t hand;            // number of this segment's
   // Names, zero-terminated; empty: the only hand.
   std::array<std::array<char, kHandNameBytes>, kMaxHands> hands;
@@ -222,9 +222,9 @@ struct SnapshotHeader {
   std::array<TurningBody, kMaxTurningBodies> turning;
   double largest_response;  // of any sphere, all modes together; sqrt(m/N)
   // The state from which another process continues, behind all else in the slot.
-  std::uint64_t state_bytes;  // 0: none
+  std::uint64_t state_bytes;  // 0: the snapshot is without
   std::uint64_t state_tick;   // the moment it belongs to: its number on the path of the tool
-  std::uint64_t state_hash;   // of positions and velocities: equal hashes, equal states
+  std::uint64_t state_hash;   // positions and velocities: equal hashes, equal states
   GridShape grid;
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);

@@ -63,8 +63,8 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
   }
 }
 
-dynamics::StepReport LockstepSimulation::step_to_state(const dynamics::TakeTool& take_tool) {
-  if (!paths_) return simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool);
+dynamics::StepReport LockstepSimulation::step_to_state(const dynamics::TakeTool& tool) {
+  if (!paths_) return simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, tool);
   snapshot_.state_ns -= snapshot_.state_ns % proto::kPathTick_ns;
   paths_->follow(0, tool_);
   return paths_->step_to(snapshot_.state_ns / proto::kPathTick_ns, simulation_, {});

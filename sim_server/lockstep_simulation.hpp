@@ -60,7 +60,7 @@ class LockstepSimulation {
 
  private:
   void step(const dynamics::TakeTool& take_tool, const AfterStep& after_step);
-  [[nodiscard]] dynamics::StepReport step_to_state(const dynamics::TakeTool& take_tool);
+  [[nodiscard]] dynamics::StepReport step_to_state(const dynamics::TakeTool& tool);
   [[nodiscard]] publication::SnapshotState state() const {
     return paths_ ? paths_->state() : publication::SnapshotState();
   }
@@ -71,7 +71,7 @@ class LockstepSimulation {
   double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
-  std::optional<PathSteps> paths_;               // of snapshots with a state
+  std::optional<PathSteps> paths_;               // makes snapshots with a state
   const publication::ToolView* tool_ = nullptr;  // to follow
   publication::SceneWriter writer_;
   LockstepSchedule schedule_;

@@ -11,8 +11,8 @@
 
 namespace stillgrid::sim_server {
 
-/// Steps a simulation along the paths that its tools took, tick by tick, and keeps the state that
-/// its snapshots carry: for haptic_server --transition local (docs/algorithms/local.md).
+/// Steps a simulation along the paths that its tools took, tick by tick. Keeps the state that its
+/// snapshots carry for haptic_server --transition local (docs/algorithms/local.md).
 ///
 /// Thread: one.
 class PathSteps {
@@ -20,10 +20,10 @@ class PathSteps {
   /// number: of the moment to which the simulation's state belongs.
   PathSteps(const dynamics::Simulation& simulation, std::uint64_t number);
 
-  /// Takes what the path of a hand's tool has gained; null: the tool is away from now on.
+  /// Adds the new samples of a hand's tool to its path; null: the tool is away from now on.
   void follow(std::size_t hand, const publication::ToolView* tool);
-  /// Number of the newest tick to which every tool that is here has come; of a world without tools,
-  /// and of tools that have stood still for a tenth of a second, `now`.
+  /// Returns the number of the newest tick to which every tool that is here has come, `now` at
+  /// most. Tools without a sample in the last tenth of a second do not count.
   [[nodiscard]] std::uint64_t newest(std::uint64_t now) const;
 
   /// Steps as far as that tick, or until the budget is spent.
@@ -32,7 +32,7 @@ class PathSteps {
 
   [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   [[nodiscard]] std::uint64_t time_ns() const noexcept { return number_ * proto::kPathTick_ns; }
-  /// Of the last step_to(), for SceneWriter::publish().
+  /// Returns the state after the last step_to(), for SceneWriter::publish().
   [[nodiscard]] publication::SnapshotState state() const noexcept {
     return {.bytes = state_, .tick = number_, .hash = hash_};
   }
@@ -42,7 +42,7 @@ class PathSteps {
     dynamics::TickPath path;
     bool is_here = false;
   };
-  std::vector<Tool> tools_;  // by hand
+  std::vector<Tool> tools_;  // one a hand
   std::uint64_t number_;
   std::vector<std::byte> state_;
   std::uint64_t hash_;

@@ -17,8 +17,8 @@ namespace stillgrid::sim_server {
   return scene.period_s > 1.000001e-3;  // a rounding longer than a millisecond
 }
 
-/// What is published of a scene for one of its hands, once, before its first snapshot. with_state:
-/// with the model that continues from the states of its snapshots, and then without predictions.
+/// Returns the fixed part of a hand's segment. with_state: it has the model that continues from the
+/// states of snapshots, and no predictions.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                                     const dynamics::Simulation& simulation,
                                                     std::size_t hand = 0, bool with_state = false);

@@ -8,7 +8,7 @@ namespace {
 constexpr int kHalvings = 12;        // of a step in which something would pass through a body
 constexpr int kHalvingsToSolve = 4;  // of one whose equations are not solved
 constexpr int kListings = 3;         // of one part, as its solution moves on
-constexpr long kMostWork = 20'000;   // iterations and products of a tick
+constexpr long kMaxWork = 20'000;    // iterations and products of a tick
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void Engine::note_coupled_reactions() {
 /// method does not solve with the work of a tick is left to small steps.
 void Engine::coupled_part(double h, int halvings) {
   if (stop_ != nullptr && *stop_) return;
-  if (solve_.iterations + solve_.products >= kMostWork) {
+  if (solve_.iterations + solve_.products >= kMaxWork) {
     solve_.converged = false;
     divided_tick(h, 0);
     solve_.parts += substeps_;

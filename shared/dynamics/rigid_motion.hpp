@@ -66,9 +66,9 @@ namespace stillgrid::dynamics {
   return (rotation_by(duration_s * angular_velocity_rad_s) * orientation).normalized();
 }
 
-/// Angular momentum in the body's frame after duration_s without torque, by the implicit midpoint
-/// rule: it keeps the length of the momentum and the energy to rounding. Returns the momentum as
-/// it is where the equations have no solution nearby. inverse_inertia: principal.
+/// Returns the angular momentum in the body's frame after duration_s without torque. The implicit
+/// midpoint rule keeps its length and the energy to rounding. The momentum stays as it is where
+/// the equations have no solution nearby. inverse_inertia: principal.
 [[nodiscard]] inline Eigen::Vector3d free_momentum(const Eigen::Vector3d& momentum,
                                                    const Eigen::Vector3d& inverse_inertia,
                                                    double duration_s) {
@@ -96,7 +96,7 @@ namespace stillgrid::dynamics {
 /// farther than sixteen keeps its axis. inertia_kg_m2: principal, in the body's frame.
 inline void turn_freely(Eigen::Quaterniond& orientation, Eigen::Vector3d& angular_velocity_rad_s,
                         const Eigen::Vector3d& inertia_kg_m2, double duration_s) {
-  constexpr double kLargestTurn_rad = 0.5, kMostParts = 32.0;
+  constexpr double kLargestTurn_rad = 0.5, kMaxParts = 32.0;
   const double turn_rad = angular_velocity_rad_s.norm() * duration_s;
   if (turn_rad == 0.0) return;
   if (inertia_kg_m2.x() == inertia_kg_m2.y() && inertia_kg_m2.y() == inertia_kg_m2.z()) {
@@ -109,9 +109,9 @@ inline void turn_freely(Eigen::Quaterniond& orientation, Eigen::Vector3d& angula
   const Eigen::Vector3d momentum = orientation * here;  // in the frame of the world
   Eigen::Vector3d own = here;                           // in the body's
   const double parts = std::ceil(turn_rad / kLargestTurn_rad);
-  const double part_s = duration_s / std::min(parts, kMostParts);
-  for (double k = 0.0; k < std::min(parts, kMostParts); ++k) {
-    const Eigen::Vector3d next = parts > kMostParts ? own : free_momentum(own, inverse, part_s);
+  const double part_s = duration_s / std::min(parts, kMaxParts);
+  for (double k = 0.0; k < std::min(parts, kMaxParts); ++k) {
+    const Eigen::Vector3d next = parts > kMaxParts ? own : free_momentum(own, inverse, part_s);
     const Eigen::Vector3d spin = orientation * inverse.cwiseProduct(0.5 * (own + next)).eval();
     orientation = turned(orientation, spin, part_s);
     orientation = (Eigen::Quaterniond::FromTwoVectors(orientation * next, momentum) * orientation)

@@ -53,8 +53,8 @@ inline constexpr double kLongestTick_ns = 250'000.0;
 [[nodiscard]] std::vector<std::byte> encode(const SceneModel& model);
 /// Returns the validated model of encode()'s bytes, equal to the bit. The bytes may be hostile: it
 /// throws std::invalid_argument where they hold no such model or a number beyond 1e12. It allocates
-/// about as much as they are long. distances: one for each of Description::fields, in this order;
-/// it throws where they are more or fewer, or one is null.
+/// about as much as they are long. distances: one for each of Description::fields, in this order.
+/// It throws where they are more or fewer, or one is null.
 [[nodiscard]] SceneModel decode(
     std::span<const std::byte> bytes,
     std::span<const std::shared_ptr<const collision::DistanceField>> distances = {});

@@ -21,8 +21,8 @@ struct ToolPose {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
-/// A scene that moves on tick by tick, with its prescribed bodies and along the paths of its tools:
-/// what both processes step. From equal states and equal poses it comes to equal states, to the
+/// A scene that both processes step tick by tick, with its prescribed bodies and along the paths of
+/// its tools. Equal states and equal poses lead to equal states, to the
 /// bit.
 ///
 /// Thread: one. Realtime: step() as Engine::step().
@@ -54,7 +54,7 @@ class SceneTicks {
     prescribed_[body] = motion;
   }
   [[nodiscard]] std::size_t hands() const noexcept { return hands_; }
-  /// Of a hand, among driven bodies; and among rigid bodies.
+  /// Number of a hand's tool among driven bodies, and among rigid bodies.
   [[nodiscard]] std::size_t driven_of_hand(std::size_t hand) const noexcept {
     return driven_.size() - hands_ + hand;
   }

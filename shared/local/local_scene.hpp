@@ -14,8 +14,8 @@
 
 namespace stillgrid::local {
 
-/// A copy of a simulated scene that goes on from its snapshots, tick by tick, along the paths that
-/// the tools take (docs/algorithms/local.md).
+/// A copy of a simulated scene. It goes on from the snapshots along the paths that the tools take.
+/// See docs/algorithms/local.md.
 ///
 /// Both processes step the same model from the same state along the same path, so they come to the
 /// same states, to the bit. A snapshot whose state the copy has had at that tick confirms it.
@@ -47,7 +47,7 @@ class LocalScene {
   [[nodiscard]] std::size_t own_hand() const noexcept { return own_hand_; }
   [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
 
-  /// Whether the copy had this state at that tick. Then nothing is to be done.
+  /// Whether the copy had this state at that tick: the snapshot confirms it.
   [[nodiscard]] bool confirms(std::uint64_t tick, std::uint64_t hash) const noexcept;
   /// Begins a second copy from the state that a snapshot has of that tick. Returns whether the
   /// state is one of this model.
@@ -95,7 +95,7 @@ class LocalScene {
   static constexpr std::size_t kPassed = 4096;
   std::array<Copy, 2> copies_;
   Copy* shown_ = &copies_[0];
-  std::vector<Tool> tools_;  // by hand
+  std::vector<Tool> tools_;  // one a hand
   std::size_t own_hand_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   std::vector<Passed> passed_;  // states of the copies, by tick modulo kPassed

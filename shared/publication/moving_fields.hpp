@@ -19,8 +19,8 @@ namespace stillgrid::publication {
                                             const Eigen::Vector3d& velocity_m_s,
                                             const Eigen::Vector3d& angular_velocity_rad_s) noexcept;
 
-/// The records of all moving fields of a scene, in the scene's order. Nothing is allocated after
-/// construction. Thread: one.
+/// The records of all moving fields of a scene, in the scene's order. Thread: one. Realtime: yes,
+/// but for construction.
 class MovingFields {
  public:
   MovingFields() = default;

@@ -112,9 +112,9 @@ std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::
 }
 
 std::vector<std::shared_ptr<const collision::DistanceField>> copy_fields(
-    std::span<const SceneField> fields, std::size_t most_bytes) {
+    std::span<const SceneField> fields, std::size_t max_bytes) {
   std::vector<std::shared_ptr<const collision::DistanceField>> copies;
-  std::size_t left_words = most_bytes / 8;
+  std::size_t left_words = max_bytes / 8;
   for (const SceneField& field : fields) {
     const auto same = std::ranges::find_if(fields.first(copies.size()), [&](const auto& other) {
       return other.body.offset == field.body.offset &&

@@ -54,9 +54,9 @@ void write_fields(std::span<const PublishedField> fields, const FieldPlaces& pla
                                                   std::size_t end_bytes);
 
 /// Copies of the fields in memory of their own, in their order: one for all bodies that share it.
-/// Throws SegmentError where they take more than most_bytes: those of one segment do not overlap,
+/// Throws SegmentError where they take more than max_bytes: those of one segment do not overlap,
 /// so all take less than it does. Pre: the fields are of read_fields().
 [[nodiscard]] std::vector<std::shared_ptr<const collision::DistanceField>> copy_fields(
-    std::span<const SceneField> fields, std::size_t most_bytes);
+    std::span<const SceneField> fields, std::size_t max_bytes);
 
 }  // namespace stillgrid::publication

@@ -27,7 +27,7 @@ struct StaticScene {
   float tool_slip_speed_m_s = 0.05F;
   bool predicts = true;          // snapshots tell where the next step leads
   float voxel_ratio = 2.0F;      // of the static grid; twice a probe's own size is searched fastest
-  std::vector<std::byte> model;  // what steps the scene elsewhere; empty: snapshots have no state
+  std::vector<std::byte> model;  // steps the scene elsewhere; empty: snapshots have no state
   std::size_t state_capacity = 0;  // bytes of the largest state of a snapshot
   std::vector<std::string> hands;  // names of all hands of the session, at most kMaxHands
   std::size_t hand = 0;            // which of them the segment is for
@@ -156,12 +156,12 @@ class SceneView {
   [[nodiscard]] collision::GridView moving_grid(
       const std::uint64_t* payload, const proto::SnapshotHeader& snapshot) const noexcept;
 
-  /// What steps the scene; empty: none.
+  /// Returns the bytes of the model; empty where snapshots have no state.
   [[nodiscard]] std::span<const std::byte> model() const noexcept {
     return {reader_.bytes() + scene_.model_offset, scene_.model_bytes};
   }
-  /// Copies the state of a slot's payload whose header was loaded. bytes: resized to the state's
-  /// size, 0 where it has none or tells a size that it has no room for. Realtime: yes, where bytes
+  /// Copies the state of a slot's payload whose header was loaded. bytes has the state's size then.
+  /// A size beyond the slot's capacity counts as 0. Realtime: yes, where bytes
   /// has the capacity.
   void copy_state(const std::uint64_t* payload, const proto::SnapshotHeader& snapshot,
                   std::vector<std::byte>& bytes) const;

@@ -103,7 +103,7 @@ class SegmentReader {
   [[nodiscard]] const std::byte* bytes() const noexcept;
   [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept { return buffer_; }
   [[nodiscard]] ObjectId id() const noexcept { return id_; }
-  /// As it was opened.
+  /// Name under which it was opened.
   [[nodiscard]] const std::string& session() const noexcept { return session_; }
 
   /// Bytes before the first slot.

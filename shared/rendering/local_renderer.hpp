@@ -15,9 +15,9 @@
 
 namespace stillgrid::rendering {
 
-/// Renders the force of the simulation as it is in this very tick: it goes on here from the newest
-/// snapshot along the path that the tool took (local::LocalScene). Until it has caught up, and of
-/// a scene whose snapshots have no state, it shows the newest snapshot as it is.
+/// Renders the force of the simulation as it is in this very tick. The simulation goes on here
+/// along the path that the tool took (local::LocalScene). The newest snapshot is shown as it is
+/// until the copy has caught up, and where snapshots have no state.
 ///
 /// Thread: the haptic loop's only. Realtime: allocates when the scene is another, and when it loads
 /// a state.
@@ -31,12 +31,12 @@ class LocalRenderer final : public Renderer {
     explicit Local(const publication::SceneView& view);
     /// Shows the scene of this tick. Realtime: yes, but where spheres are entered anew.
     void show();
-    /// What was shown last. Valid until the next show().
+    /// Returns the spheres and fields of the last show(). Valid until the next one.
     [[nodiscard]] collision::GridView view() const noexcept;
 
     local::LocalScene scene;
     publication::MovingRecords records;
-    std::vector<double> positions_m, velocities_m_s;  // of moving spheres
+    std::vector<double> positions_m, velocities_m_s;  // one a moving sphere
     publication::MovingFields fields;
     std::vector<std::uint64_t> field_words;  // the same records as words
 
@@ -52,12 +52,12 @@ class LocalRenderer final : public Renderer {
 
   std::optional<Local> local_;
   bool is_local_ = false;         // the copy is at this tick
-  std::vector<std::byte> state_;  // of the snapshot that is gathered; empty: nothing to load
+  std::vector<std::byte> state_;  // in the gathered snapshot; empty: it confirms the copy
   TouchedSpheres buffers_[2];
-  TouchedSpheres* touched_ = &buffers_[0];  // of the last tick
+  TouchedSpheres* touched_ = &buffers_[0];  // the last tick's
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
   ToolSweep sweep_;
-  std::span<const PlacedToolSphere> tool_;  // of this tick
+  std::span<const PlacedToolSphere> tool_;  // this tick's
 };
 
 }  // namespace stillgrid::rendering

@@ -58,7 +58,7 @@ struct TickScene {
   const publication::SceneView& view;
   const ToolPose& pose;
   std::uint64_t now_ns;
-  // By hand; null: away, and the own hand's.
+  // Tools in the order of the hands; null: away, and the own hand's.
   std::span<const publication::ToolView* const> other_tools = {};
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
@@ -91,7 +91,7 @@ class Renderer {
 
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
   /// cannot be read what the last good one left stands; before the first there is no force.
-  /// other_tools: of the session's hands, in their order; null: away, and the own hand's.
+  /// Each hand of the session has one of other_tools; null: away, and the own hand.
   /// Realtime: wait-free, allocates nothing.
   [[nodiscard]] RenderedTick render(
       const publication::SceneView& scene, const ToolPose& pose, std::uint64_t now_ns,

@@ -6,7 +6,7 @@
 
 namespace stillgrid::snapshot {
 
-/// Where a field's frame is and how it moves, as it is published: in floats.
+/// Returns where a field's frame is and how it moves, as it is published: in floats.
 [[nodiscard]] proto::FieldState state_of(const bodies::World& world,
                                          const bodies::FieldBody& field) noexcept;
 

@@ -52,14 +52,14 @@ struct StepReport {
 /// Asked for a tool's newest sample; none: there is no tool.
 using TakeTool = std::function<std::optional<ToolSample>()>;
 
-/// Where a hand's tool is at the end of tick number n of its path; nothing: it is away.
+/// Returns a hand's tool at the end of a tick of its path; empty: it is away.
 using ToolAt = std::function<std::optional<ToolPose>(std::uint64_t number)>;
 
 /// The paths of the tools over a step: as many ticks of 1 ms as it has, from the one after
 /// `number`.
 struct AlongPaths {
   std::uint64_t number = 0;
-  std::span<const ToolAt> tools = {};  // by hand; empty: tools move evenly to their samples
+  std::span<const ToolAt> tools = {};  // one a hand; empty: tools move evenly to their samples
 };
 
 /// A scene's world and all that moves it on.

@@ -28,7 +28,7 @@ struct DescribedWorld {
                                        std::span<const scene::Hand> hands, bool may_sleep);
 /// Returns how a body of the world moves that is not free.
 [[nodiscard]] PrescribedMotion motion_of(const bodies::RigidBody& body);
-/// Returns what two processes step of a described world. The method is the caller's to tell.
+/// Returns the model that two processes step. The caller sets its method.
 [[nodiscard]] SceneModel model_of(DescribedWorld described, const bodies::World& world);
 /// Returns the speed in m/s below which a free body of the world is at rest. It is 3 % of the
 /// radius of its smallest sphere, or of its field's fine cell, a second. It is at most a fifth of
