@@ -22,17 +22,18 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
                                        LockstepSchedule schedule, CostClock now_s,
                                        double prediction_s, bool with_state)
     : session_(unique_session()),
-      predicts_(predicts(scene) && prediction_s != kNoPrediction &&
-                !(with_state && dynamics::Simulation::has_ticks_of(scene.method))),
+      predicts_(predicts(scene) && prediction_s != kNoPrediction),
       prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
-      writer_(session_, static_scene(scene, simulation_, 0, with_state),
+      with_state_(with_state && can_be_local(scene, simulation_)),
+      writer_(session_, static_scene(scene, simulation_, 0, with_state_),
               simulation_.world().spheres.size(), realtime::to_ns(scene.period_s),
               proto::Clock::kVirtual, 0),
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
-  if (with_state && simulation_.has_ticks()) paths_.emplace(simulation_, 0);
+  predicts_ = predicts_ && !with_state_;
+  if (with_state_) paths_.emplace(simulation_, 0);
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
                   simulation_.field_records(), state());
 }

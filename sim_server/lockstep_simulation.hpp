@@ -71,6 +71,7 @@ class LockstepSimulation {
   double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
+  bool with_state_;
   std::optional<PathSteps> paths_;               // makes snapshots with a state
   const publication::ToolView* tool_ = nullptr;  // to follow
   publication::SceneWriter writer_;

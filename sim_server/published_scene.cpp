@@ -21,24 +21,32 @@ std::vector<publication::PublishedField> published_fields(const bodies::World& w
   return fields;
 }
 
-/// A state grows with the contacts that are listed.
-void add_model(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
-               publication::StaticScene& fixed) {
-  constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
-  const bodies::World& world = simulation.world();
+dynamics::SceneModel model_of(const scene::SceneDescription& scene, const bodies::World& world) {
   const std::vector<scene::Hand> hands = scene::hands_of(scene);
   dynamics::SceneModel model =
       dynamics::model_of(dynamics::described(world, hands, scene.sleeping), world);
   model.is_implicit = scene::is_implicit(scene.method.integrator);
   model.tolerance_m_s = scene.method.tolerance_m_s;
-  if (dynamics::counted_tick_ns(model) > dynamics::kLongestTick_ns) return;
-  fixed.model = dynamics::encode(model);
+  return model;
+}
+
+/// A state grows with the contacts that are listed.
+void add_model(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
+               publication::StaticScene& fixed) {
+  constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
+  const bodies::World& world = simulation.world();
+  fixed.model = dynamics::encode(model_of(scene, world));
   std::vector<std::byte> state;
   (void)simulation.save_state(state);
   fixed.state_capacity = 2 * state.size() + kBytesOfSphere * world.spheres.size() + kBytesOfScene;
 }
 
 }  // namespace
+
+bool can_be_local(const scene::SceneDescription& scene, const dynamics::Simulation& simulation) {
+  return simulation.has_ticks() && dynamics::counted_tick_ns(model_of(scene, simulation.world())) <=
+                                       dynamics::kLongestTick_ns;
+}
 
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                       const dynamics::Simulation& simulation, std::size_t number,
@@ -61,10 +69,12 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
-  fixed.predicts = predicts(scene) && !(with_state && simulation.has_ticks());
-  for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);
-  fixed.hand = number;
-  if (with_state && simulation.has_ticks()) add_model(scene, simulation, fixed);
+  fixed.predicts = predicts(scene) && !with_state;
+  if (with_state) {
+    add_model(scene, simulation, fixed);
+    for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);
+    fixed.hand = number;
+  }
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);
   const scene::DeviceFrame& device = hand.device;

@@ -17,8 +17,12 @@ namespace stillgrid::sim_server {
   return scene.period_s > 1.000001e-3;  // a rounding longer than a millisecond
 }
 
-/// Returns the fixed part of a hand's segment. with_state: it has the model that continues from the
-/// states of snapshots, and no predictions.
+/// Returns whether another process can step the scene in a tick of its hand.
+[[nodiscard]] bool can_be_local(const scene::SceneDescription& scene,
+                                const dynamics::Simulation& simulation);
+
+/// Returns the fixed part of a hand's segment. with_state, pre: can_be_local(). It has the model
+/// that continues from the states of snapshots, and no predictions.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                                     const dynamics::Simulation& simulation,
                                                     std::size_t hand = 0, bool with_state = false);

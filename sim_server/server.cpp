@@ -75,7 +75,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
-  const bool with_state = options.with_state && simulation.has_ticks();
+  const bool with_state = options.with_state && can_be_local(scene, simulation);
   publication::Session session(
       session_spec(scene, options, simulation, proto::Clock::kMonotonic, start_ns), std::move(lock),
       hand_scenes(scene, simulation, with_state));
@@ -141,7 +141,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
-  const bool with_state = options.with_state && simulation.has_ticks();
+  const bool with_state = options.with_state && can_be_local(scene, simulation);
   publication::Session session(session_spec(scene, options, simulation, proto::Clock::kVirtual, 0),
                                std::move(lock), hand_scenes(scene, simulation, with_state));
   const std::size_t hands = session.hands().size();

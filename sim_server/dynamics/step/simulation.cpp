@@ -40,9 +40,9 @@ void StepReport::note_times(std::span<const std::optional<ToolSample>> samples) 
     if (samples[hand]) tools[hand].time_ns = samples[hand]->time_ns;
 }
 
-bool Simulation::has_ticks_of(const scene::Method& method) noexcept {
-  return method.substeps == 0 && (method.integrator == scene::IntegratorKind::kVelocityVerlet ||
-                                  method.integrator == scene::IntegratorKind::kImplicitEuler);
+bool Simulation::has_ticks() const noexcept {
+  return method_.substeps == 0 && (method_.integrator == scene::IntegratorKind::kVelocityVerlet ||
+                                   method_.integrator == scene::IntegratorKind::kImplicitEuler);
 }
 
 Simulation::Simulation(const scene::SceneDescription& scene)

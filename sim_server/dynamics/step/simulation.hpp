@@ -119,8 +119,7 @@ class Simulation {
 
   [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
   /// Whether steps can be ticks of 1 ms that another process takes too.
-  [[nodiscard]] bool has_ticks() const noexcept { return has_ticks_of(method_); }
-  [[nodiscard]] static bool has_ticks_of(const scene::Method& method) noexcept;
+  [[nodiscard]] bool has_ticks() const noexcept;
   /// Writes the state from which another process continues, and returns its hash.
   std::uint64_t save_state(std::vector<std::byte>& state) const;
 
