@@ -68,7 +68,10 @@ dynamics::StepReport LockstepSimulation::step_to_state(const dynamics::TakeTool&
   if (!paths_) return simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, tool);
   snapshot_.state_ns -= snapshot_.state_ns % proto::kPathTick_ns;
   paths_->follow(0, tool_);
-  return paths_->step_to(snapshot_.state_ns / proto::kPathTick_ns, simulation_, {});
+  const std::uint64_t number = paths_->newest(snapshot_.state_ns / proto::kPathTick_ns);
+  const dynamics::StepReport report = paths_->step_to(number, simulation_, {});
+  snapshot_.state_ns = paths_->time_ns();
+  return report;
 }
 
 void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterStep& after_step) {

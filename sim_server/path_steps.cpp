@@ -9,7 +9,7 @@ namespace {
 /// A tool that is still for so many ticks keeps nobody waiting.
 constexpr std::uint64_t kPatience = 100;
 /// A world that is so many ticks behind leaves out what it cannot make up for.
-constexpr std::uint64_t kLongestLag = 500;
+constexpr std::uint64_t kLongestLag = 3500;
 
 std::optional<dynamics::ToolPose> pose_at(const dynamics::TickPath& path, std::uint64_t number) {
   const auto at = path.pose_at(number);
@@ -23,8 +23,12 @@ PathSteps::PathSteps(const dynamics::Simulation& simulation, std::uint64_t numbe
     : tools_(simulation.hands()), number_(number), hash_(simulation.save_state(state_)) {}
 
 void PathSteps::follow(std::size_t hand, const publication::ToolView* tool) {
-  tools_[hand].is_here = tool != nullptr;
-  if (tool != nullptr) dynamics::follow(tool->path(), tools_[hand].path);
+  Tool& followed = tools_[hand];
+  followed.is_here = tool != nullptr;
+  if (tool == nullptr) return;
+  if (followed.epoch != tool->header().epoch) followed.path = {};
+  followed.epoch = tool->header().epoch;
+  dynamics::follow(tool->path(), followed.path);
 }
 
 std::uint64_t PathSteps::newest(std::uint64_t now) const {

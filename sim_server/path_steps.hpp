@@ -41,6 +41,7 @@ class PathSteps {
   struct Tool {
     dynamics::TickPath path;
     bool is_here = false;
+    std::uint64_t epoch = 0;  // the segment that the path is from
   };
   std::vector<Tool> tools_;  // one a hand
   std::uint64_t number_;

@@ -175,9 +175,11 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     }
     const dynamics::Budget budget{.stop = &stop};
     const dynamics::StepReport step =
-        paths ? paths->step_to(snapshot.state_ns / proto::kPathTick_ns, simulation, budget)
+        paths ? paths->step_to(paths->newest(snapshot.state_ns / proto::kPathTick_ns), simulation,
+                               budget)
               : simulation.step(to_s(snapshot.step_ns), take_tools, budget);
     if (step.stopped) break;
+    if (paths) snapshot.state_ns = paths->time_ns();
     // The hands tick on meanwhile; the predictions for the others take the place of this one.
     publication::SnapshotPrediction prediction;
     const bool has_predictions = predicts(scene) && !paths;

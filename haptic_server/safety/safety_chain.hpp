@@ -41,8 +41,8 @@ struct SnapshotFreshness {
   bool exists = false;
   double snapshot_age_s = 0.0;  // since its publication
   double period_s = 0.0;        // declared by the simulation
-  bool goes_on = false;         // the scene goes on here without it
   bool writer_alive = false;
+  bool goes_on = false;  // the scene goes on here without it
 };
 
 /// A rendered force, and all that decides how much of it a device is told. Scene's axes but where

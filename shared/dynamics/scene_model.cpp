@@ -214,6 +214,7 @@ SceneModel decode(std::span<const std::byte> bytes,
 double counted_tick_ns(const SceneModel& model) {
   // Of one substep, on a processor of 3 GHz. Implicit Euler takes some thirty products.
   constexpr double kSpring_ns = 1.4, kSphere_ns = 40.0, kProducts = 30.0;
+  constexpr double kShown_ns = 120.0;  // a sphere in each tick, its contacts are listed and shown
   const Description& description = model.description;
   JointBound joints(description);
   const SpectrumBound bound = spring_bound(description) + joints(description, model.start, 0.0);
@@ -224,7 +225,7 @@ double counted_tick_ns(const SceneModel& model) {
   };
   const auto springs = static_cast<double>(description.springs.size() + description.joints.size());
   const auto spheres = static_cast<double>(std::ranges::count_if(description.spheres, moves));
-  return substeps * (kSpring_ns * springs + kSphere_ns * spheres);
+  return substeps * (kSpring_ns * springs + kSphere_ns * spheres) + kShown_ns * spheres;
 }
 
 }  // namespace stillgrid::dynamics

@@ -1,6 +1,7 @@
 #include "shared/local/local_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,23 @@ namespace {
 /// Ticks by which a copy catches up in one tick of the hand: with three a copy that is a second
 /// behind is there in half a second.
 constexpr int kCatchUpTicks = 3;
+/// Missed ticks that are made up for in one tick.
+constexpr std::uint64_t kMaxTicks = 8;
+/// Ticks between a state and the newest sample of the tool.
+constexpr std::uint64_t kMaxLag = 1000;
+
+/// Whether positions and velocities are numbers that a reader takes.
+bool is_plausible(const dynamics::SceneState& state) {
+  constexpr double kLargest = 1e6;
+  for (const auto* values :
+       {&state.node_position_m, &state.node_velocity_m_s, &state.rigid_position_m,
+        &state.rigid_velocity_m_s, &state.orientation, &state.angular_velocity_rad_s})
+    for (const dynamics::Vector4& v : *values)
+      if (!(std::abs(v.x) <= kLargest && std::abs(v.y) <= kLargest && std::abs(v.z) <= kLargest &&
+            std::abs(v.w) <= kLargest))
+        return false;
+  return true;
+}
 
 using Distances = std::span<const std::shared_ptr<const collision::DistanceField>>;
 
@@ -63,11 +81,14 @@ bool LocalScene::confirms(std::uint64_t tick, std::uint64_t hash) const noexcept
 bool LocalScene::begin_at(std::uint64_t tick, std::span<const std::byte> state) {
   Copy& next = other();
   next.is_begun = false;
+  const std::uint64_t known = tools_[own_hand_].path.newest().value_or(0);
+  if (tick > known + kMaxLag || tick + kMaxLag < known) return false;
   try {
     next.ticks.load(state);
-  } catch (const std::invalid_argument&) {
+  } catch (const std::exception&) {
     return false;
   }
+  if (!is_plausible(next.ticks.engine().state())) return false;
   next.tick = tick;
   next.is_begun = true;
   note(next);
@@ -90,6 +111,8 @@ bool LocalScene::advance_to(std::uint64_t tick) {
   caught_up_ = 0;
   // Behind its newest point the own path is not known yet.
   const std::uint64_t known = std::min(tick, tools_[own_hand_].path.newest().value_or(0));
+  // One that is too far behind waits for a state that is nearer.
+  if (shown_->tick + kMaxTicks < known) shown_->is_begun = false;
   while (shown_->is_begun && shown_->tick < known) step(*shown_);
   Copy& next = other();
   for (; next.is_begun && next.tick < known && caught_up_ < kCatchUpTicks; ++caught_up_) step(next);
@@ -97,6 +120,7 @@ bool LocalScene::advance_to(std::uint64_t tick) {
     shown_->is_begun = false;
     shown_ = &next;
   }
+  shown_->is_begun = shown_->is_begun && is_plausible(shown_->ticks.engine().state());
   return shown_->is_begun && shown_->tick == tick;
 }
 
