@@ -22,13 +22,13 @@
 
 namespace stillgrid::haptic_server {
 
-/// What a tick came to.
+/// The result of a tick.
 enum class TickEnd { kGoOn, kDeviceEnd, kDeviceFault };
 
 /// One tick of the haptic loop, in its two halves: the device's pose out to the simulation, then
 /// the force to the device. Between them lockstep waits for the simulation.
 ///
-/// What is told to the device is what the safety chain lets through. Thread: the loop's. Realtime:
+/// The device gets the force that passes the safety chain. Thread: the loop's. Realtime:
 /// allocates nothing, takes no lock, makes no system call but the device's.
 class HapticLoop {
  public:

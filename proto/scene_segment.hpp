@@ -28,7 +28,7 @@ inline constexpr std::uint32_t kMaxModes = 12;
 inline constexpr std::uint32_t kMaxResponses = 256;
 inline constexpr std::uint32_t kMaxTurningBodies = 4;
 
-/// As a sphere's material: a point of a body that has a field, which is met by that field alone.
+/// Material of a point of a body that has a field: the tool meets that field alone.
 inline constexpr std::uint32_t kFieldPoint = 0xffffffff;
 
 /// One sphere at one instant. World frame, SI units.
@@ -85,7 +85,7 @@ struct GridShape {
 };
 static_assert(sizeof(GridShape) == 392);
 
-/// What else a touch list tells of a static sphere.
+/// Numbers of a static sphere in a touch list.
 struct TouchLabel {
   std::uint32_t number;    // in the static grid
   std::uint32_t material;  // index into SceneHeader::materials

@@ -7,7 +7,7 @@ namespace stillgrid::proto {
 
 inline constexpr std::uint32_t kMaxShiftedBodies = 4;
 
-/// By how much a body is displayed beside where its snapshot says; zero: no body.
+/// Distance of a displayed body from its place in the snapshot; zero: no body.
 struct BodyShift {
   std::array<double, 3> shift_m;
   std::uint64_t body;  // order in the scene file
@@ -31,7 +31,7 @@ struct DisplayedSnapshot {
   double age_s;  // of the simulated state that is its newest
 };
 
-/// What came of a tick. Zeros before the first.
+/// Results of a tick. Zeros before the first.
 struct TickFigures {
   std::array<double, 3> torque_N_m;  // on the hand, as ToolState::force_N
   std::uint32_t contacts;

@@ -66,10 +66,8 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
 
 dynamics::StepReport LockstepSimulation::step_to_state(const dynamics::TakeTool& tool) {
   if (!paths_) return simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9, tool);
-  snapshot_.state_ns -= snapshot_.state_ns % proto::kPathTick_ns;
   paths_->follow(0, tool_);
-  const std::uint64_t number = paths_->newest(snapshot_.state_ns / proto::kPathTick_ns);
-  const dynamics::StepReport report = paths_->step_to(number, simulation_, {});
+  const dynamics::StepReport report = paths_->step_until(snapshot_.state_ns, simulation_, {});
   snapshot_.state_ns = paths_->time_ns();
   return report;
 }

@@ -11,12 +11,6 @@ constexpr std::uint64_t kPatience = 100;
 /// A world that is so many ticks behind leaves out what it cannot make up for.
 constexpr std::uint64_t kLongestLag = 3500;
 
-std::optional<dynamics::ToolPose> pose_at(const dynamics::TickPath& path, std::uint64_t number) {
-  const auto at = path.pose_at(number);
-  if (!at) return std::nullopt;
-  return dynamics::ToolPose{at->position_m, at->orientation, at->velocity_m_s};
-}
-
 }  // namespace
 
 PathSteps::PathSteps(const dynamics::Simulation& simulation, std::uint64_t number)
@@ -31,6 +25,8 @@ void PathSteps::follow(std::size_t hand, const publication::ToolView* tool) {
   dynamics::follow(tool->path(), followed.path);
 }
 
+/// Returns the number of the newest tick to which every tool that is here has come, `now` at most.
+/// Tools without a sample in the last tenth of a second do not count.
 std::uint64_t PathSteps::newest(std::uint64_t now) const {
   std::uint64_t newest = now;
   for (const Tool& tool : tools_) {
@@ -40,8 +36,9 @@ std::uint64_t PathSteps::newest(std::uint64_t now) const {
   return newest;
 }
 
-dynamics::StepReport PathSteps::step_to(std::uint64_t number, dynamics::Simulation& simulation,
-                                        const dynamics::Budget& budget) {
+dynamics::StepReport PathSteps::step_until(std::uint64_t now_ns, dynamics::Simulation& simulation,
+                                           const dynamics::Budget& budget) {
+  const std::uint64_t number = newest(now_ns / proto::kPathTick_ns);
   bool was_left_out = false;
   if (number > number_ + kLongestLag) {
     number_ = number - 1;
@@ -52,14 +49,16 @@ dynamics::StepReport PathSteps::step_to(std::uint64_t number, dynamics::Simulati
   std::vector<dynamics::ToolAt> poses;
   for (const Tool& tool : tools_) {
     samples.emplace_back([&tool, number]() -> std::optional<dynamics::ToolSample> {
-      const auto pose = pose_at(tool.path, number);
+      const auto pose = tool.path.pose_at(number);
       if (!pose) return std::nullopt;
       return dynamics::ToolSample{number * proto::kPathTick_ns, pose->position_m, pose->orientation,
                                   pose->velocity_m_s};
     });
-    poses.emplace_back([&tool, was_left_out](std::uint64_t at) {
-      return was_left_out ? std::nullopt : pose_at(tool.path, at);
-    });
+    poses.emplace_back(
+        [&tool, was_left_out](std::uint64_t at) -> std::optional<dynamics::ToolPose> {
+          if (was_left_out) return std::nullopt;
+          return tool.path.pose_at(at);
+        });
   }
   const double step_s = static_cast<double>(number - number_) * dynamics::kTick_s;
   const dynamics::StepReport report =

@@ -22,17 +22,14 @@ class PathSteps {
 
   /// Adds the new samples of a hand's tool to its path; null: the tool is away from now on.
   void follow(std::size_t hand, const publication::ToolView* tool);
-  /// Returns the number of the newest tick to which every tool that is here has come, `now` at
-  /// most. Tools without a sample in the last tenth of a second do not count.
-  [[nodiscard]] std::uint64_t newest(std::uint64_t now) const;
 
-  /// Steps as far as that tick, or until the budget is spent.
-  dynamics::StepReport step_to(std::uint64_t number, dynamics::Simulation& simulation,
-                               const dynamics::Budget& budget);
+  /// Steps as far as now_ns and the tools' newest samples, or until the budget is spent.
+  dynamics::StepReport step_until(std::uint64_t now_ns, dynamics::Simulation& simulation,
+                                  const dynamics::Budget& budget);
 
-  [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
+  /// Returns the moment of the state.
   [[nodiscard]] std::uint64_t time_ns() const noexcept { return number_ * proto::kPathTick_ns; }
-  /// Returns the state after the last step_to(), for SceneWriter::publish().
+  /// Returns the state after the last step_until(), for SceneWriter::publish().
   [[nodiscard]] publication::SnapshotState state() const noexcept {
     return {.bytes = state_, .tick = number_, .hash = hash_};
   }
@@ -43,6 +40,8 @@ class PathSteps {
     bool is_here = false;
     std::uint64_t epoch = 0;  // the segment that the path is from
   };
+  [[nodiscard]] std::uint64_t newest(std::uint64_t now) const;
+
   std::vector<Tool> tools_;  // one a hand
   std::uint64_t number_;
   std::vector<std::byte> state_;

@@ -115,12 +115,10 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     if (stop) break;
     report.late_steps += wake.skipped;
     const dynamics::Budget budget = budget_of(scene.period_s, stop);
-    if (paths)
-      for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
-        paths->follow(hand, session.hands()[hand].living_tool());
-    const dynamics::StepReport step =
-        paths ? paths->step_to(paths->newest(wake.now_ns / proto::kPathTick_ns), simulation, budget)
-              : simulation.step(scene.period_s, take_tools, budget);
+    for (std::size_t hand = 0; paths && hand < take_tools.size(); ++hand)
+      paths->follow(hand, session.hands()[hand].living_tool());
+    const dynamics::StepReport step = paths ? paths->step_until(wake.now_ns, simulation, budget)
+                                            : simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
       publication::SnapshotPrediction prediction;
@@ -168,15 +166,11 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peers.wait(&Header::lockstep_sample_ns, snapshot.sample_ns + 1)) break;
     if (!options.duration_s && peers.have_ended()) break;
-    if (paths) {
-      for (std::size_t hand = 0; hand < hands; ++hand)
-        paths->follow(hand, session.hands()[hand].tool().acquire());
-      snapshot.state_ns -= snapshot.state_ns % proto::kPathTick_ns;
-    }
+    for (std::size_t hand = 0; paths && hand < hands; ++hand)
+      paths->follow(hand, session.hands()[hand].tool().acquire());
     const dynamics::Budget budget{.stop = &stop};
     const dynamics::StepReport step =
-        paths ? paths->step_to(paths->newest(snapshot.state_ns / proto::kPathTick_ns), simulation,
-                               budget)
+        paths ? paths->step_until(snapshot.state_ns, simulation, budget)
               : simulation.step(to_s(snapshot.step_ns), take_tools, budget);
     if (step.stopped) break;
     if (paths) snapshot.state_ns = paths->time_ns();

@@ -17,7 +17,7 @@
 
 namespace stillgrid::safety {
 
-/// What a chain holds a device to. Infinite: no such limit; of the first there always is one.
+/// The limits of a device. Infinite is no limit; max_force_N always is one.
 struct SafetyLimits {
   double max_force_N = 40.0;  // finite, > 0: norm of the force
   double lever_m = 0.1;       // > 0: the torque is limited to that of max_force_N at its end
@@ -79,8 +79,8 @@ class SafetyChain {
  public:
   explicit SafetyChain(const SafetyLimits& limits);
 
-  /// What the device is told, which is remembered as held until the next call. Sets the flags of
-  /// the stages that changed anything.
+  /// Returns the wrench for the device, and remembers it as held until the next call. Sets the
+  /// flags of the stages that changed anything.
   [[nodiscard]] Wrench apply(const SafetyInput& input, std::uint32_t& flags) noexcept;
 
   /// Zero at once; a ramp follows. For a device that was stopped by somebody else.

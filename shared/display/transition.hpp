@@ -32,7 +32,7 @@ enum class Transition {
 /// the snapshot lies. What springs hold counts as less. Realtime: yes.
 [[nodiscard]] double responding_kg(const proto::SnapshotHeader& snapshot) noexcept;
 
-/// What is displayed of every sphere, told by the snapshots of its history:
+/// Weights by which every sphere is displayed from the snapshots of its history:
 ///   the sum of its positions by `position` (they sum to one), and of its velocities by
 ///   `velocity_s`, and prediction_s times its predicted velocity. Its velocity is shown as the sum
 ///   by `position`.
@@ -47,7 +47,7 @@ struct SnapshotWeights {
   bool is_waiting = false;        // at the newest snapshot, waiting for the next
 };
 
-/// What a transition keeps from one snapshot to the next.
+/// The memory of a transition from one snapshot to the next.
 struct TransitionMemory {
   SnapshotWeights at_switch;       // displayed when the newest snapshot came, told by its history
   SnapshotWeights rate_at_switch;  // and how it changed then, per second

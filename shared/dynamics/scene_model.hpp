@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -8,21 +7,10 @@
 
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/engine_method.hpp"
+#include "shared/dynamics/prescribed_motion.hpp"
 #include "shared/dynamics/scene_state.hpp"
 
 namespace stillgrid::dynamics {
-
-/// A motion that is known in advance: steady, and a sine along one direction.
-struct PrescribedMotion {
-  Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // unit; the sine moves along it
-  double amplitude_m = 0.0;
-  double frequency_hz = 0.0;
-
-  /// Returns where it is time_s after the start. Realtime: yes.
-  [[nodiscard]] Eigen::Vector3d position_m(double time_s) const;
-};
 
 /// All that two processes need to step the same scene, beside the state and the tools' paths.
 /// Driven bodies are the prescribed ones, then one that carries all that is static if

@@ -37,12 +37,7 @@ class Lanes {
 std::uint64_t hash(const SceneState& state) {
   Lanes lanes;
   lanes.add(0, state.tick);
-  lanes.add(state.node_position_m);
-  lanes.add(state.node_velocity_m_s);
-  lanes.add(state.rigid_position_m);
-  lanes.add(state.rigid_velocity_m_s);
-  lanes.add(state.orientation);
-  lanes.add(state.angular_velocity_rad_s);
+  for (const std::vector<Vector4>* values : state.vectors()) lanes.add(*values);
   std::size_t lane = 0;
   for (const std::uint8_t is_here : state.is_here) lanes.add(lane++ % 4, is_here);
   return lanes.value();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -46,6 +47,12 @@ struct SceneState {
   std::vector<Vector4> orientation;                           // unit quaternions
   std::vector<Vector4> angular_velocity_rad_s;
   std::vector<std::uint8_t> is_here;  // 0: a driven body that is away
+
+  /// Returns the arrays of positions, velocities and orientations. Realtime: yes.
+  [[nodiscard]] std::array<const std::vector<Vector4>*, 6> vectors() const noexcept {
+    return {&node_position_m,    &node_velocity_m_s, &rigid_position_m,
+            &rigid_velocity_m_s, &orientation,       &angular_velocity_rad_s};
+  }
 };
 
 /// Returns a number of the tick and of all positions, velocities and bodies that are here. States

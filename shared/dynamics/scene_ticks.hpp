@@ -11,15 +11,9 @@
 
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/scene_model.hpp"
+#include "shared/dynamics/tool_path.hpp"
 
 namespace stillgrid::dynamics {
-
-/// Pose and velocity of a tool, in the frame of the world.
-struct ToolPose {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-};
 
 /// A scene that both processes step tick by tick, with its prescribed bodies and along the paths of
 /// its tools. Equal states and equal poses lead to equal states, to the

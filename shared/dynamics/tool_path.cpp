@@ -39,9 +39,10 @@ std::optional<PathPose> TickPath::pose_at(std::uint64_t n) const noexcept {
   const double share = static_cast<double>(n - before.number) / static_cast<double>(gap);
   const Eigen::Vector3d turn_rad =
       rotation_vector(after.orientation * before.orientation.conjugate());
-  return PathPose{n, before.position_m + share * (after.position_m - before.position_m),
-                  (rotation_by(share * turn_rad) * before.orientation).normalized(),
-                  before.velocity_m_s + share * (after.velocity_m_s - before.velocity_m_s)};
+  return PathPose{{before.position_m + share * (after.position_m - before.position_m),
+                   (rotation_by(share * turn_rad) * before.orientation).normalized(),
+                   before.velocity_m_s + share * (after.velocity_m_s - before.velocity_m_s)},
+                  n};
 }
 
 }  // namespace stillgrid::dynamics

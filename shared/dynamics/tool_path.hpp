@@ -10,12 +10,15 @@
 
 namespace stillgrid::dynamics {
 
-/// A tool's pose in the tick of this number, in the scene's frame.
-struct PathPose {
-  std::uint64_t number = 0;
+/// Pose and velocity of a tool, in the frame of the world.
+struct ToolPose {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+};
+/// A tool in the tick of this number.
+struct PathPose : ToolPose {
+  std::uint64_t number = 0;
 };
 
 /// The last samples of a tool's path, and the poses between them. A pose depends on its own sample
@@ -66,9 +69,10 @@ void follow(const View& view, TickPath& path) {
   const std::uint64_t kept = *newest - std::min<std::uint64_t>(*newest, TickPath::kLength - 1);
   for (std::uint64_t n = known ? std::max(*known + 1, kept) : kept; n <= *newest; ++n)
     if (const auto sample = view.sample(n))
-      path.add({n, Eigen::Vector3d(sample->position_m.data()),
-                Eigen::Quaterniond(sample->orientation_xyzw.data()),
-                Eigen::Vector3d(sample->velocity_m_s.data())});
+      path.add({{Eigen::Vector3d(sample->position_m.data()),
+                 Eigen::Quaterniond(sample->orientation_xyzw.data()),
+                 Eigen::Vector3d(sample->velocity_m_s.data())},
+                n});
 }
 
 }  // namespace stillgrid::dynamics

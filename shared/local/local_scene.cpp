@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "proto/segment_header.hpp"
+
 namespace stillgrid::local {
 namespace {
 
@@ -19,14 +21,10 @@ constexpr std::uint64_t kMaxLag = 1000;
 
 /// Whether positions and velocities are numbers that a reader takes.
 bool is_plausible(const dynamics::SceneState& state) {
-  constexpr double kLargest = 1e6;
-  for (const auto* values :
-       {&state.node_position_m, &state.node_velocity_m_s, &state.rigid_position_m,
-        &state.rigid_velocity_m_s, &state.orientation, &state.angular_velocity_rad_s})
+  const auto is_one = [](double number) { return std::abs(number) <= proto::kLargestNumber; };
+  for (const auto* values : state.vectors())
     for (const dynamics::Vector4& v : *values)
-      if (!(std::abs(v.x) <= kLargest && std::abs(v.y) <= kLargest && std::abs(v.z) <= kLargest &&
-            std::abs(v.w) <= kLargest))
-        return false;
+      if (!is_one(v.x) || !is_one(v.y) || !is_one(v.z) || !is_one(v.w)) return false;
   return true;
 }
 
@@ -62,12 +60,10 @@ std::optional<dynamics::ToolPose> LocalScene::Tool::pose_at(std::uint64_t tick) 
   const std::uint64_t newest = path.newest().value_or(tick);
   const std::uint64_t led_on = tick - std::min(tick, newest);
   if (led_on > led_on_ticks) return std::nullopt;
-  const auto at = path.pose_at(tick - led_on);
-  if (!at) return std::nullopt;
-  const Eigen::Vector3d moved_m =
-      static_cast<double>(led_on) * dynamics::kTick_s * at->velocity_m_s;
-  return dynamics::ToolPose{led_on == 0 ? at->position_m : at->position_m + moved_m,
-                            at->orientation, at->velocity_m_s};
+  std::optional<dynamics::ToolPose> pose = path.pose_at(tick - led_on);
+  if (pose && led_on > 0)
+    pose->position_m += static_cast<double>(led_on) * dynamics::kTick_s * pose->velocity_m_s;
+  return pose;
 }
 
 bool LocalScene::confirms(std::uint64_t tick, std::uint64_t hash) const noexcept {
@@ -108,14 +104,13 @@ void LocalScene::step(Copy& copy) {
 }
 
 bool LocalScene::advance_to(std::uint64_t tick) {
-  caught_up_ = 0;
   // Behind its newest point the own path is not known yet.
   const std::uint64_t known = std::min(tick, tools_[own_hand_].path.newest().value_or(0));
   // One that is too far behind waits for a state that is nearer.
   if (shown_->tick + kMaxTicks < known) shown_->is_begun = false;
   while (shown_->is_begun && shown_->tick < known) step(*shown_);
   Copy& next = other();
-  for (; next.is_begun && next.tick < known && caught_up_ < kCatchUpTicks; ++caught_up_) step(next);
+  for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step(next);
   if (next.is_begun && next.tick >= known) {
     shown_->is_begun = false;
     shown_ = &next;

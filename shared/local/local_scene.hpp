@@ -57,8 +57,6 @@ class LocalScene {
   /// scene is known there.
   bool advance_to(std::uint64_t tick);
 
-  /// Whether a copy has caught up at all.
-  [[nodiscard]] bool is_begun() const noexcept { return shown_->is_begun; }
   /// The scene at the tick of the last advance_to(). Pre: it returned true.
   [[nodiscard]] const dynamics::SceneState& state() const noexcept {
     return shown_->ticks.engine().state();
@@ -66,8 +64,6 @@ class LocalScene {
   [[nodiscard]] const dynamics::Description& description() const noexcept {
     return copies_[0].ticks.engine().description();
   }
-  /// Ticks that the second copy took in the last advance_to().
-  [[nodiscard]] int caught_up() const noexcept { return caught_up_; }
 
  private:
   struct Copy {
@@ -99,7 +95,6 @@ class LocalScene {
   std::size_t own_hand_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   std::vector<Passed> passed_;  // states of the copies, by tick modulo kPassed
-  int caught_up_ = 0;
 };
 
 }  // namespace stillgrid::local

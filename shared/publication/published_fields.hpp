@@ -13,7 +13,7 @@ namespace stillgrid::publication {
 
 /// A body that is met through its distance field, as a simulation publishes it once.
 ///
-/// Of `body` shape and offset are the writer's to fill. The first that moves has moving = 1, the
+/// The writer fills shape and offset of `body`. The first that moves has moving = 1, the
 /// next 2, and so on.
 struct PublishedField {
   proto::FieldBody body{};
@@ -26,7 +26,7 @@ struct SceneField {
   collision::FieldView field;  // its words in the segment
 };
 
-/// Where fields stand that begin behind so many bytes of a segment: one that bodies share once.
+/// Places of fields in a segment. Bodies may share one.
 struct FieldPlaces {
   std::vector<proto::FieldBody> bodies;
   std::size_t end_bytes = 0;

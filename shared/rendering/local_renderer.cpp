@@ -94,11 +94,9 @@ void LocalRenderer::Local::show_spheres() {
   const dynamics::SceneState& state = scene.state();
   for (std::size_t i = 0; i < positions_m.size() / 3; ++i) {
     const dynamics::Description::Sphere& sphere = scene.description().spheres[i];
-    const Eigen::Index at = static_cast<Eigen::Index>(3 * i);
-    Eigen::Map<Eigen::VectorXd>(positions_m.data(), std::ssize(positions_m)).segment<3>(at) =
+    Eigen::Vector3d::Map(&positions_m[3 * i]) =
         dynamics::sphere_position_m(sphere, state).vector();
-    Eigen::Map<Eigen::VectorXd>(velocities_m_s.data(), std::ssize(velocities_m_s)).segment<3>(at) =
-        dynamics::sphere_velocity_m_s(sphere, state);
+    Eigen::Vector3d::Map(&velocities_m_s[3 * i]) = dynamics::sphere_velocity_m_s(sphere, state);
   }
   records.place(positions_m.data(), velocities_m_s.data(), dynamics::kTick_s);
 }
@@ -137,8 +135,9 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   tool_ = sweep_.place(scene.fixed(), scene.pose);
   is_local_ = false;
   if (!local_) return;
-  local_->scene.add_to_path({path_number(scene.now_ns), scene.pose.position_m,
-                             scene.pose.orientation, scene.pose.velocity_m_s});
+  local_->scene.add_to_path(
+      {{scene.pose.position_m, scene.pose.orientation, scene.pose.velocity_m_s},
+       path_number(scene.now_ns)});
   follow_others(scene, local_->scene);
   is_local_ = local_->scene.advance_to(path_number(scene.now_ns));
 }

@@ -1,18 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "shared/dynamics/prescribed_motion.hpp"
 
 namespace stillgrid::bodies {
 
 enum class Motion { kFree, kStatic, kPrescribed };
 
-/// Motion known in advance: either steady, or a sine along one direction that starts at rest
-/// position.
-struct PrescribedMotion {
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  // steady motion
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();    // of the sine, unit
-  double amplitude_m = 0.0;
-  double frequency_hz = 0.0;
-};
+/// In a body's description it begins at zero, in the world at the body's place.
+using dynamics::PrescribedMotion;
 
 }  // namespace stillgrid::bodies

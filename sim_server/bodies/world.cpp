@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "shared/dynamics/scene_model.hpp"
 #include "sim_server/bodies/joints.hpp"
 
 namespace stillgrid::bodies {
@@ -32,9 +31,7 @@ PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   const PrescribedMotion& motion = body.prescribed;
   const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
   const double speed_m_s = motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
-  const dynamics::PrescribedMotion path{body.start_m, motion.velocity_m_s, motion.direction,
-                                        motion.amplitude_m, motion.frequency_hz};
-  return {path.position_m(time_s), motion.velocity_m_s + speed_m_s * motion.direction};
+  return {motion.position_m(time_s), motion.velocity_m_s + speed_m_s * motion.direction};
 }
 
 PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s) {

@@ -64,7 +64,6 @@ struct RigidBody {
   int unknown =
       kNoUnknown;  // first of six: velocity, then angular velocity; or not free or sleeping
 
-  Eigen::Vector3d start_m = Eigen::Vector3d::Zero();  // prescribed: where the motion begins
   PrescribedMotion prescribed;
 };
 

@@ -52,10 +52,10 @@ void add_rigid(World& world, const BodyDescription& body, const RigidShape& shap
                                 .inertia_kg_m2 = shape.inertia_kg_m2,
                                 .bounding_radius_m = shape.bounding_radius_m,
                                 .free = free,
-                                .start_m = body.position_m,
                                 .prescribed = body.prescribed});
   if (!free) {
     RigidBody& rigid = world.rigid_bodies.back();
+    rigid.prescribed.start_m = body.position_m;
     rigid.velocity_m_s = prescribed_state(rigid, 0.0).velocity_m_s;
   }
 }

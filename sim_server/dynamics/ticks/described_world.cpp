@@ -160,12 +160,6 @@ DescribedWorld described_without_spheres(const bodies::World& world) {
   return described;
 }
 
-PrescribedMotion motion_of(const bodies::RigidBody& body) {
-  const bodies::PrescribedMotion& motion = body.prescribed;
-  return {body.start_m, motion.velocity_m_s, motion.direction, motion.amplitude_m,
-          motion.frequency_hz};
-}
-
 SceneModel model_of(DescribedWorld described, const bodies::World& world) {
   SceneModel model;
   model.description = std::move(described.description);
@@ -173,7 +167,7 @@ SceneModel model_of(DescribedWorld described, const bodies::World& world) {
   model.has_static_body = described.has_static_body;
   model.hands = described.hands;
   for (const std::size_t r : described.prescribed)
-    model.prescribed.push_back(motion_of(world.rigid_bodies[r]));
+    model.prescribed.push_back(world.rigid_bodies[r].prescribed);
   return model;
 }
 

@@ -26,8 +26,6 @@ struct DescribedWorld {
 /// Describes a world with its hands, whose tools are away at the start. Shares its distance fields.
 [[nodiscard]] DescribedWorld described(const bodies::World& world,
                                        std::span<const scene::Hand> hands, bool may_sleep);
-/// Returns how a body of the world moves that is not free.
-[[nodiscard]] PrescribedMotion motion_of(const bodies::RigidBody& body);
 /// Returns the model that two processes step. The caller sets its method.
 [[nodiscard]] SceneModel model_of(DescribedWorld described, const bodies::World& world);
 /// Returns the speed in m/s below which a free body of the world is at rest. It is 3 % of the

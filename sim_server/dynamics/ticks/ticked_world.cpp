@@ -7,9 +7,7 @@ namespace {
 
 bool is_finite(const SceneState& state) {
   Vector4 sum;
-  for (const auto* values :
-       {&state.node_position_m, &state.node_velocity_m_s, &state.rigid_position_m,
-        &state.rigid_velocity_m_s, &state.orientation, &state.angular_velocity_rad_s})
+  for (const auto* values : state.vectors())
     for (const Vector4& value : *values) sum = sum + value;
   return (0.0 * sum.vector()).allFinite();
 }
@@ -46,7 +44,7 @@ void TickedWorld::read_from(const bodies::World& world) {
   ticks_.engine().set_gravity(world.gravity_m_s2);
   ticks_.set_time(world.time_s);
   for (std::size_t k = 0; k < prescribed_.size(); ++k)
-    ticks_.set_prescribed(k, motion_of(world.rigid_bodies[prescribed_[k]]));
+    ticks_.set_prescribed(k, world.rigid_bodies[prescribed_[k]].prescribed);
 }
 
 void TickedWorld::load(std::span<const std::byte> state) {

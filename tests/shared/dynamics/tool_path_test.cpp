@@ -20,7 +20,7 @@ Eigen::Quaterniond turn_rad(double angle_rad) {
 /// Even motion.
 PathPose pose_of(std::uint64_t n) {
   const auto t = static_cast<double>(n);
-  return {n, {1e-3 * t, -2e-3 * t, 0.1}, turn_rad(0.01 * t), {1.0, -2.0, 1e-2 * t}};
+  return {{{1e-3 * t, -2e-3 * t, 0.1}, turn_rad(0.01 * t), {1.0, -2.0, 1e-2 * t}}, n};
 }
 
 bool are_equal(const PathPose& a, const PathPose& b) {
@@ -105,8 +105,8 @@ TEST_CASE("A path's orientations are unit quaternions", "[tool_path]") {
 
 TEST_CASE("The shorter way is taken whatever the signs of the quaternions", "[tool_path]") {
   TickPath path;
-  path.add({0, {0.0, 0.0, 0.0}, turn_rad(0.0), {0.0, 0.0, 0.0}});
-  PathPose after{2, {0.0, 0.0, 0.0}, turn_rad(0.2), {0.0, 0.0, 0.0}};
+  path.add({{{0.0, 0.0, 0.0}, turn_rad(0.0), {0.0, 0.0, 0.0}}, 0});
+  PathPose after{{{0.0, 0.0, 0.0}, turn_rad(0.2), {0.0, 0.0, 0.0}}, 2};
   after.orientation.coeffs() *= -1.0;
   path.add(after);
   CHECK(path.pose_at(1)->orientation.angularDistance(turn_rad(0.1)) < 1e-7);
@@ -131,10 +131,10 @@ TEST_CASE("A simulation that follows at its own times gets the hand's path to th
   std::uint64_t n = random() % 3;
   std::normal_distribution<double> drawn;
   for (int i = 0; i < 20'000; ++i, n += 1 + (random() % 50 == 0 ? random() % 120 : 0)) {
-    PathPose pose{n,
-                  {drawn(random), drawn(random), drawn(random)},
-                  turn_rad(drawn(random)),
-                  {drawn(random), drawn(random), drawn(random)}};
+    PathPose pose{{{drawn(random), drawn(random), drawn(random)},
+                   turn_rad(drawn(random)),
+                   {drawn(random), drawn(random), drawn(random)}},
+                  n};
     pose.orientation.coeffs() *= 1.0 + 1e-5 * drawn(random);
     published.writer.publish(state_of(pose));
     own.add(pose);
