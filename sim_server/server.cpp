@@ -22,6 +22,7 @@ namespace {
 /// Of the period, the processor time that a step may take until it must end: the rest is for its
 /// last iteration, and to publish.
 constexpr double kStepShare = 0.8;
+constexpr std::uint64_t kBehindHands_ns = 200'000;
 
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -107,7 +108,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
   for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
     publish(hand, start_ns, start_ns, {}, {});
 
-  realtime::PeriodicTimer timer(realtime::to_ns(scene.period_s));
+  // Behind the hands, whose loops wake on the same grid: a step takes the samples of its moment.
+  realtime::PeriodicTimer timer(realtime::to_ns(scene.period_s), kBehindHands_ns);
   const std::uint64_t end_ns =
       options.duration_s ? start_ns + realtime::to_ns(*options.duration_s) : proto::kNever;
   while (!stop && realtime::monotonic_ns() < end_ns) {

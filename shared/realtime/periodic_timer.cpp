@@ -17,8 +17,9 @@ std::uint64_t monotonic_ns() noexcept {
          static_cast<std::uint64_t>(now.tv_nsec);
 }
 
-PeriodicTimer::PeriodicTimer(std::uint64_t period_ns) noexcept
-    : period_ns_(period_ns), next_ns_((monotonic_ns() / period_ns + 1) * period_ns) {}
+PeriodicTimer::PeriodicTimer(std::uint64_t period_ns, std::uint64_t phase_ns) noexcept
+    : period_ns_(period_ns),
+      next_ns_(((monotonic_ns() - phase_ns) / period_ns + 1) * period_ns + phase_ns) {}
 
 PeriodicTimer::Wake PeriodicTimer::wait(const std::atomic<bool>* stop) noexcept {
   constexpr std::uint64_t kSlice_ns = 100'000'000;

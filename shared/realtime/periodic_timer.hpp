@@ -14,12 +14,13 @@ namespace stillgrid::realtime {
   return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
-/// Wakes a loop at whole multiples of its period on the monotonic clock. Lateness never adds up,
-/// and all loops of a machine share one grid of moments. After a stall the loop goes on at the next
-/// deadline and never bursts.
+/// Wakes a loop at whole multiples of its period on the monotonic clock, or phase_ns after.
+/// Lateness never adds up, and all loops of a machine share one grid of moments. After a stall the
+/// loop goes on at the next deadline and never bursts.
 class PeriodicTimer {
  public:
-  explicit PeriodicTimer(std::uint64_t period_ns) noexcept;
+  /// Pre: phase_ns < period_ns, or the clock has passed it.
+  explicit PeriodicTimer(std::uint64_t period_ns, std::uint64_t phase_ns = 0) noexcept;
 
   struct Wake {
     std::uint64_t deadline_ns;

@@ -94,8 +94,7 @@ void LocalRenderer::Local::show_spheres() {
   const dynamics::SceneState& state = scene.state();
   for (std::size_t i = 0; i < positions_m.size() / 3; ++i) {
     const dynamics::Description::Sphere& sphere = scene.description().spheres[i];
-    Eigen::Vector3d::Map(&positions_m[3 * i]) =
-        dynamics::sphere_position_m(sphere, state).vector();
+    Eigen::Vector3d::Map(&positions_m[3 * i]) = dynamics::sphere_position_m(sphere, state).vector();
     Eigen::Vector3d::Map(&velocities_m_s[3 * i]) = dynamics::sphere_velocity_m_s(sphere, state);
   }
   records.place(positions_m.data(), velocities_m_s.data(), dynamics::kTick_s);

@@ -46,6 +46,12 @@ TEST_CASE("Deadlines are whole multiples of the period however late the loop wak
   CHECK(periods == 100 + skipped);
 }
 
+TEST_CASE("A loop with a phase wakes so long after the others", "[periodic_timer]") {
+  constexpr std::uint64_t kPhase_ns = kPeriod_ns / 4;
+  PeriodicTimer timer(kPeriod_ns, kPhase_ns);
+  for (int i = 0; i < 3; ++i) CHECK(timer.wait().deadline_ns % kPeriod_ns == kPhase_ns);
+}
+
 TEST_CASE("After a stall missed deadlines are counted and never made up for", "[periodic_timer]") {
   PeriodicTimer timer(kPeriod_ns);
   const PeriodicTimer::Wake before = timer.wait();
