@@ -1,11 +1,14 @@
 #include "sim_server/hand_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "shared/dynamics/engine.hpp"
+#include "shared/publication/tool_segment.hpp"
 #include "shared/realtime/percentile.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/rendering/force_error.hpp"
@@ -19,8 +22,7 @@ namespace stillgrid::sim_server {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
-constexpr double kFirst_ms = 100.0;       // not judged by its cost
-constexpr double kPredictionShare = 0.1;  // of a period: real time cuts predictions off there
+constexpr double kFirst_ms = 100.0;  // not judged by its cost
 
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -48,18 +50,33 @@ bool divides_itself(const scene::Method& method) {
 }
 
 double work_of_step(const dynamics::SceneLoad& load, const scene::SceneDescription& scene,
-                    const dynamics::StepReport& report,
-                    const dynamics::SolveReport& prediction = {}) {
+                    const dynamics::StepReport& report) {
   const int ticks = dynamics::ticks_of(scene.period_s);
   return dynamics::work_of(
       load, scene.method,
       {.parts = static_cast<double>(divides_itself(scene.method) ? ticks : report.substeps),
        .iterations = static_cast<double>(report.solve.iterations),
        .products = static_cast<double>(report.solve.products),
-       .contacts = static_cast<double>(report.contacts),
-       .predicted_iterations = static_cast<double>(prediction.iterations),
-       .predicted_products = static_cast<double>(prediction.products),
-       .most_predicted = kPredictionShare * 1e3 * scene.period_s * dynamics::kWorkPerProcessor_ms});
+       .contacts = static_cast<double>(report.contacts)});
+}
+
+publication::ToolView tool_of(const std::string& session) {
+  auto reader =
+      publication::SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
+  if (!reader) throw publication::SegmentError("the session '" + session + "' is gone");
+  return publication::ToolView(std::move(*reader));
+}
+
+proto::ToolState state_of(const rendering::ToolPose& pose, std::uint64_t now_ns) {
+  const auto array = [](const Eigen::Vector3d& v) { return std::array{v.x(), v.y(), v.z()}; };
+  const Eigen::Quaterniond& q = pose.orientation;
+  proto::ToolState state{};
+  state.time_ns = now_ns;
+  state.path_number = now_ns / proto::kPathTick_ns;
+  state.position_m = array(pose.position_m);
+  state.orientation_xyzw = {q.x(), q.y(), q.z(), q.w()};
+  state.velocity_m_s = array(pose.velocity_m_s);
+  return state;
 }
 
 /// A step shorter than a tick gets a sample of its own: otherwise the tool would move in jerks.
@@ -91,17 +108,13 @@ StartState settled(scene::SceneDescription scene, const bodies::World& start,
   dynamics::Simulation simulation(scene, start);
   const dynamics::SceneLoad load = dynamics::load_of(start);
   const auto steps = std::lround((scene.hand ? scene.hand->settle_s : 0.0) / scene.period_s);
-  StartState end;
+  double work = 0.0;
   for (long i = 0;
-       i < steps && end.work <= most_work_per_ms * (kFirst_ms + 1e3 * scene.period_s * double(i));
-       ++i)
-    end.work +=
-        work_of_step(load, scene, simulation.step(scene.period_s, [] { return std::nullopt; }));
-  end.world = simulation.world();
-  end.contacts = simulation.contact_state();
+       i < steps && work <= most_work_per_ms * (kFirst_ms + 1e3 * scene.period_s * double(i)); ++i)
+    work += work_of_step(load, scene, simulation.step(scene.period_s, [] { return std::nullopt; }));
+  StartState end{simulation.world(), simulation.contact_state()};
   // A simulation that goes on from here has yet to find out which bodies rest.
   for (bodies::BodyRange& body : end.world.bodies) body.is_sleeping = false;
-  bodies::number_unknowns(end.world);
   return end;
 }
 
@@ -109,8 +122,10 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
                  const HandPath& hand, const HandRunOptions& options) {
   LockstepSimulation simulation(scene, start.world,
                                 {scene.period_s, 0.0, 1, options.latency_s, options.first_share},
-                                {}, options.predicts ? scene.period_s : kNoPrediction);
-  simulation.simulation().set_contact_state(start.contacts);
+                                {}, start.contacts);
+  publication::ToolWriter published(simulation.session(), kTick_ns, proto::Clock::kVirtual, 0);
+  const publication::ToolView followed = tool_of(simulation.session());
+  simulation.follow(followed);
   const dynamics::SceneLoad load = dynamics::load_of(start.world);
   const publication::SceneView view = simulation.view();
   const auto renderer = rendering::make_renderer(options.transition);
@@ -118,15 +133,14 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
   std::optional<dynamics::ToolSample> sample;
   const auto take_tool = [&sample] { return sample; };
   HandRun run;
-  const auto count = [&](const dynamics::Simulation& of, const dynamics::StepReport& report) {
+  const auto count = [&](const dynamics::Simulation&, const dynamics::StepReport& report) {
     run.step_work.push_back(work_of_step(load, scene, report));
-    run.all_work += work_of_step(load, scene, report, of.prediction_work());
+    run.all_work += run.step_work.back();
   };
   const std::uint64_t parts = samples_per_tick(scene.period_s);
   const std::uint64_t end_ns = realtime::to_ns(options.duration_s);
   const auto is_within = [&](std::uint64_t now_ns) {
-    return run.all_work <= options.most_work &&
-           run.all_work <= options.most_work_per_ms * (kFirst_ms + 1e3 * to_s(now_ns));
+    return run.all_work <= options.most_work_per_ms * (kFirst_ms + 1e3 * to_s(now_ns));
   };
   try {
     for (std::uint64_t i = 0, now_ns = 0; now_ns < end_ns; now_ns = ++i * kTick_ns / parts) {
@@ -139,6 +153,7 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
       at.position_m.array() += options.beside_m;
       const rendering::ToolPose& pose = tool.follow(at, now_ns);
       sample = {now_ns, pose.position_m, pose.orientation, pose.velocity_m_s};
+      published.publish(state_of(pose, now_ns));
       simulation.run_to(now_ns, true, take_tool, count);
       if (i % parts != 0) continue;
       const rendering::ToolForce force = renderer->render(view, pose, now_ns).force;

@@ -15,14 +15,12 @@ namespace stillgrid::sim_server {
 
 /// How a scene is shown to a hand.
 struct HandRunOptions {
-  display::Transition transition = display::Transition::kPredict;  // haptic_server's default
-  double latency_s = 0.0;                                          // virtual cost of a step
+  display::Transition transition = display::Transition::kLocal;  // haptic_server's default
+  double latency_s = 0.0;                                        // virtual cost of a step
   double first_share = 1.0;  // length of the first step, as a share of its period
   double duration_s = 0.0;   // hand's path
   double beside_m = 0.0;     // offset of the hand's path along each axis
-  bool predicts = true;      // snapshots have predictions; only some transitions use them
-  // A run ends when it has cost more, or when its mean does after 0.1 s.
-  double most_work = std::numeric_limits<double>::infinity();
+  // A run ends when its mean after 0.1 s costs more.
   double most_work_per_ms = std::numeric_limits<double>::infinity();
 };
 
@@ -30,20 +28,18 @@ struct HandRunOptions {
 struct StartState {
   bodies::World world;
   std::vector<std::byte> contacts = {};  // see Simulation::contact_state()
-  double work = 0.0;                     // counted, of the steps to rest
 };
 
 /// The force on a hand at each millisecond, and the counted work of each step.
 struct HandRun {
   std::vector<Eigen::Vector3d> force_N;  // rendered, in the scene's frame
   std::vector<bool> touches;             // whether the tick was in contact
-  std::vector<double> step_work;         // dynamics::work_of() without predictions
-  double all_work = 0.0;                 // all steps and their predictions
+  std::vector<double> step_work;         // dynamics::work_of()
+  double all_work = 0.0;                 // sum over the steps
   std::string failure = {};              // why the run ended early; empty: it did not
 
   [[nodiscard]] double work_per_ms() const;
-  /// Returns the work that 19 of 20 steps do not exceed, as a share of a processor. Predictions are
-  /// not in it: real time cuts them off.
+  /// Returns the work that 19 of 20 steps do not exceed, as a share of a processor.
   [[nodiscard]] double slow_step_share(double period_s) const;
 };
 
@@ -58,7 +54,7 @@ struct HandRun {
                                  double most_work_per_ms = std::numeric_limits<double>::infinity());
 
 /// Leads a hand through a scene, both rates in this thread and in virtual time. The simulation
-/// takes the tool as it does in lockstep and publishes snapshots; the force is rendered from them
+/// follows the tool as it does in lockstep and publishes snapshots; the force is rendered from them
 /// at 1 kHz. Steps shorter than a millisecond take a sample of the tool each. The forces are those
 /// of both servers with --lockstep on that path, but for its rounding. No clock is read.
 ///

@@ -12,14 +12,8 @@ namespace {
 
 constexpr double kRateShare = 0.7;  // of the period, for 19 of 20 steps
 constexpr double kLateFrom = 0.05;  // of the period: faster steps are not felt to be late
-constexpr double kTruthShare = 0.25;
-constexpr double kHopeless = 1.0;  // processors: a candidate that needs more is not run to its end
+constexpr double kHopeless = 1.0;   // processors: a candidate that needs more is not run to its end
 constexpr double kBeside_m = 1e-6;
-
-/// Work of a millisecond that spends most_work while the scene comes to rest.
-double rest_work_per_ms(const scene::SceneDescription& scene, double most_work) {
-  return most_work / std::max(1.0, 1e3 * scene.hand->settle_s);
-}
 
 /// Moves a world to where another is. Returns false for a world of other bodies.
 bool put_to(bodies::World& world, const bodies::World& to) {
@@ -49,28 +43,25 @@ scene::SceneDescription true_scene(scene::SceneDescription scene, double rate_hz
   return scene;
 }
 
-HandRun Judge::truth_at(double rate_hz, double beside_m, double most_work) const {
+HandRun Judge::truth_at(double rate_hz, double beside_m) const {
   const scene::SceneDescription scene = true_scene(scene_, rate_hz);
-  return run_hand(scene, settled(scene, rest_, rest_work_per_ms(scene, most_work)), hand_,
+  return run_hand(scene, settled(scene, rest_), hand_,
                   {.transition = display::Transition::kHold,
                    .duration_s = hand_.duration_s(),
-                   .beside_m = beside_m,
-                   .predicts = false,
-                   .most_work = most_work});
+                   .beside_m = beside_m});
 }
 
-Judge::Judge(const scene::SceneDescription& scene, double most_work)
+Judge::Judge(const scene::SceneDescription& scene)
     : hand_(scene.hand->file, scene.device), scene_(scene) {
-  const double part = kTruthShare * most_work;
   try {
     const scene::SceneDescription falls = true_scene(scene, 0.5 * kTruth_hz);
-    rest_ = settled(falls, scene::build_world(falls), rest_work_per_ms(falls, part)).world;
-    truth_.run = truth_at(kTruth_hz, 0.0, part);
+    rest_ = settled(falls, scene::build_world(falls)).world;
+    truth_.run = truth_at(kTruth_hz, 0.0);
   } catch (const std::domain_error&) {
     truth_.run.failure = "unstable";
   }
   if (truth_.run.failure == "unstable") throw std::runtime_error("no truth: the scene is unstable");
-  const HandRun coarse = truth_at(0.5 * kTruth_hz, kBeside_m, part);
+  const HandRun coarse = truth_at(0.5 * kTruth_hz, kBeside_m);
   truth_.error_share = std::max(0.0, force_error_share(coarse, truth_.run));
 }
 
@@ -78,17 +69,16 @@ double Judge::watched_s() const noexcept {
   return 1e-3 * static_cast<double>(truth_.run.force_N.size());
 }
 
+/// A world of other bodies than the truth's falls from its own start.
 StartState Judge::rest_of(const scene::SceneDescription& scene) const {
   bodies::World world = scene::build_world(scene);
   put_to(world, rest_);
   return settled(scene, world, kHopeless * dynamics::kWorkPerProcessor_ms);
 }
 
-Judgement Judge::judge(const Candidate& candidate, const StartState& start,
-                       const Enough& enough) const {
+choice::Record Judge::judge(const Candidate& candidate, const StartState& start) const {
   const double period_s = candidate.scene.period_s;
-  Judgement judgement{candidate.record, start.work};
-  choice::Record& record = judgement.record;
+  choice::Record record = candidate.record;
   record.truth_error_share = truth_.error_share;
   record.spheres = start.world.spheres.size() + start.world.static_spheres.size();
   HandRunOptions options{.transition = candidate.transition,
@@ -96,38 +86,33 @@ Judgement Judge::judge(const Candidate& candidate, const StartState& start,
                          .most_work_per_ms = kHopeless * dynamics::kWorkPerProcessor_ms};
   const auto run = [&] {
     HandRun felt = run_hand(candidate.scene, start, hand_, options);
-    judgement.work += felt.all_work;
     record.work_per_ms = std::max(record.work_per_ms, felt.work_per_ms());
     record.refusal = felt.failure;
     return felt;
   };
-  options.predicts = false;  // asks only how late steps are
-  const double slow_share = run().slow_step_share(period_s);
-  options.predicts = true;
+  const double slow_share = run().slow_step_share(period_s);  // asks only how late steps are
   if (slow_share > kRateShare && record.refusal.empty()) record.refusal = "cannot keep its rate";
   if (slow_share >= kLateFrom) record.latency_share = std::ceil(10.0 * slow_share) / 10.0;
   options.latency_s = record.latency_share * period_s;
   // Steps of a millisecond begin with the ticks, wherever they are.
   const int runs = std::clamp(static_cast<int>(std::lround(1e3 * period_s)), 1, kRuns);
-  if (record.work_per_ms > enough.most_work_per_ms) return judgement;
   for (int i = 0; i < runs && record.refusal.empty(); ++i) {
     options.first_share = 1.0 - static_cast<double>(i) / runs;
     const double error = force_error_share(run(), truth_.run);
     if (error >= 0.0 && record.refusal.empty())
       record.error_share = std::max(record.error_share.value_or(0.0), error);
-    if (error > enough.error_share || record.work_per_ms > enough.work_per_ms) break;
   }
-  return judgement;
+  return record;
 }
 
-Judgement Judge::judge(const Candidate& candidate) const {
-  Judgement judgement{candidate.record, 0.0};
+choice::Record Judge::judge(const Candidate& candidate) const {
   try {
-    return judge(candidate, rest_of(candidate.scene), {});
+    return judge(candidate, rest_of(candidate.scene));
   } catch (const std::domain_error&) {
-    judgement.record.refusal = "unstable";
+    choice::Record record = candidate.record;
+    record.refusal = "unstable";
+    return record;
   }
-  return judgement;
 }
 
 }  // namespace stillgrid::sim_server

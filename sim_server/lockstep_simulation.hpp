@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,6 @@ namespace stillgrid::sim_server {
 /// The clock that costs are taken by, s.
 using CostClock = std::function<double()>;
 
-inline constexpr double kNoPrediction = -1.0;
-
 /// sim_server's lockstep without a peer to wait for: the caller knows what time it is. Publishes
 /// into a session of its own.
 ///
@@ -30,18 +29,17 @@ class LockstepSimulation {
   using AfterStep = std::function<void(dynamics::Simulation&, const dynamics::StepReport&)>;
   /// Told of each snapshot as it is shown, but the one of time zero.
   using AfterPublication =
-      std::function<void(const dynamics::Simulation&, const publication::SnapshotTimes&,
-                         const publication::SnapshotPrediction&)>;
+      std::function<void(const dynamics::Simulation&, const publication::SnapshotTimes&)>;
 
   /// world: build_world(scene), moved. now_s: by which steps are measured; empty: they are not.
-  /// prediction_s: of the step that snapshots predict; 0: the scene's period.
-  /// Snapshots have no predictions if it is kNoPrediction. with_state: they carry the state, and no
-  /// predictions. Throws SegmentError.
+  /// contacts: of Simulation::contact_state(), or empty.
+  /// Throws SegmentError.
   LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
-                     LockstepSchedule schedule, CostClock now_s = {}, double prediction_s = 0.0,
-                     bool with_state = false);
+                     LockstepSchedule schedule, CostClock now_s = {},
+                     std::span<const std::byte> contacts = {});
 
-  /// Steps keep to that tool's path from now on. Pre: with_state; the view outlives this.
+  /// Steps of a scene that can_be_local() keep to that tool's path, and snapshots have the state.
+  /// Pre: before run_to(); the view outlives this.
   void follow(const publication::ToolView& tool) noexcept { tool_ = &tool; }
 
   /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
@@ -61,24 +59,21 @@ class LockstepSimulation {
  private:
   void step(const dynamics::TakeTool& take_tool, const AfterStep& after_step);
   [[nodiscard]] dynamics::StepReport step_to_state(const dynamics::TakeTool& tool);
+  [[nodiscard]] bool is_followed() const noexcept { return paths_ && tool_ != nullptr; }
   [[nodiscard]] publication::SnapshotState state() const {
-    return paths_ ? paths_->state() : publication::SnapshotState();
+    return is_followed() ? paths_->state() : publication::SnapshotState();
   }
   [[nodiscard]] double now_s() const { return clock_s_ ? clock_s_() : 0.0; }
 
   std::string session_;
-  bool predicts_;
-  double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
-  bool with_state_;
-  std::optional<PathSteps> paths_;               // makes snapshots with a state
+  std::optional<PathSteps> paths_;               // there if the scene can_be_local()
   const publication::ToolView* tool_ = nullptr;  // to follow
   publication::SceneWriter writer_;
   LockstepSchedule schedule_;
   ScheduledSnapshot snapshot_;                       // the next, or computed and not yet shown
   std::optional<publication::SnapshotTimes> times_;  // of a snapshot that is computed
-  publication::SnapshotPrediction prediction_;
   std::vector<double> step_s_;
 };
 

@@ -42,7 +42,7 @@ namespace stillgrid::sim_server {
 namespace {
 
 struct Arguments {
-  std::filesystem::path scene, report, final_state, choice, surfaces;
+  std::filesystem::path scene, report, final_state, surfaces;
   std::optional<double> rate_hz;
   std::string group;
   bool lockstep = false, offline = false, explain = false, check = false, tries = false;
@@ -81,9 +81,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                "Virtual time, alone; needs --duration, publishes nothing");
   offline->excludes(lockstep)->excludes(session);
   auto* explain =
-      app.add_flag("--explain", arguments.explain,
-                   "Try rates and methods under the scene's hand; print counted work, error and "
-                   "reason of each, and of models where contact = \"auto\", and end")
+      app.add_flag(
+             "--explain", arguments.explain,
+             "Print the method that the spectrum asks for, and counted work, error and reason "
+             "of each model where contact = \"auto\", and end")
           ->excludes(lockstep)
           ->excludes(offline);
   auto* surfaces =
@@ -96,19 +97,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
                              "what it holds, and end; publishes nothing")
                     ->excludes(lockstep)
                     ->excludes(offline);
-  auto* choice = app.add_option(
-      "--choice", arguments.choice,
-      "Write the candidates of rate_hz = \"auto\" or --explain, a line of JSON each");
   auto* tries =
       app.add_flag("--try", arguments.tries,
                    "Read lines FILE.toml TRANSITION from standard input; print work and error of "
                    "each under the scene's hand, a line of JSON; scene_fit does")
           ->excludes(lockstep)
           ->excludes(offline);
-  app.add_flag("--with-state", server.with_state,
-               "Publish the state with each snapshot and keep to the tools' paths, for "
-               "haptic_server --transition local; no substeps")
-      ->excludes(offline);
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);
@@ -138,8 +132,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   for (auto* of_run : {session, duration, seed, report, final_state, group, cpu, threads})
     of_run->excludes(explain)->excludes(surfaces)->excludes(check)->excludes(tries);
   explain->excludes(check)->excludes(tries);
-  tries->excludes(check)->excludes(surfaces)->excludes(rate)->excludes(choice);
-  surfaces->excludes(explain)->excludes(check)->excludes(rate)->excludes(choice);
+  tries->excludes(check)->excludes(surfaces)->excludes(rate);
+  surfaces->excludes(explain)->excludes(check)->excludes(rate);
 }
 
 /// What CLI11 cannot say by itself.
@@ -163,8 +157,8 @@ void check_latency(const Arguments& arguments, double period_s) {
                                                 std::to_string(period_s) + " s");
 }
 
-/// Throws std::runtime_error unless the path of the scene's hand can be played. A start reads it
-/// only where it chooses a rate.
+/// Throws std::runtime_error unless the path of the scene's hand can be played. A start does not
+/// read it.
 void require_hand(const scene::SceneDescription& scene, const std::filesystem::path& file) {
   if (!scene.hand) return;
   try {
@@ -206,7 +200,7 @@ int fail(const std::exception& error, realtime::ExitStatus status) {
 
 /// Chooses as a start would.
 int print_summary(scene::SceneDescription& scene, const bodies::World& world) {
-  settle_choices(scene, world, {});
+  settle_choices(scene, world);
   std::fputs(summary_of(scene, world).c_str(), stdout);
   return realtime::kDone;
 }
@@ -248,8 +242,7 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 /// scene or twice. What is no file, such as /dev/null, may be named twice.
 void require_outputs(const Arguments& arguments) {
   std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
-  for (const auto& file :
-       {arguments.report, arguments.final_state, arguments.surfaces, arguments.choice}) {
+  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
     if (file.empty()) continue;
     const std::filesystem::path path = std::filesystem::weakly_canonical(file);
     const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
@@ -307,26 +300,22 @@ int run(Arguments& arguments) {
   }
   scene::SceneDescription scene = scene::load_scene(arguments.scene);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
-  if (arguments.rate_hz) {
-    scene.period_s = 1.0 / *arguments.rate_hz;
-    scene.choose_rate = false;
-  }
+  if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
   require_outputs(arguments);
-  if (!arguments.choice.empty() && !arguments.check) files::require_writable(arguments.choice);
   if (!arguments.group.empty())
     arguments.server.readers = publication::group_named(arguments.group);
   bodies::World world = checked_world(scene, arguments);
   if (!arguments.rate_hz) dynamics::settle_step(scene, world);
   check_latency(arguments, scene.period_s);
-  if (arguments.explain || arguments.tries) {
+  if (arguments.explain) {
+    explain_choices(scene, world);
+    return realtime::kDone;
+  }
+  if (arguments.tries) {
     require_hand(scene, arguments.scene);
-    if (arguments.explain) {
-      explain_choices(scene, world, arguments.choice);
-      return realtime::kDone;
-    }
     if (!scene.hand) throw std::runtime_error("--try: expected a scene with a table [hand]");
     try_files(scene, std::cin, std::cout);
     return realtime::kDone;
@@ -338,8 +327,7 @@ int run(Arguments& arguments) {
       spdlog::warn("{}", warning);
     return print_summary(scene, world);
   }
-  if (scene.choose_rate) require_hand(scene, arguments.scene);
-  settle_choices(scene, world, arguments.choice);
+  settle_choices(scene, world);
   const int threads = threads_of(arguments.server, scene.method, world);
   const dynamics::Workers workers = make_workers(threads);
   if (workers.threads() < threads)

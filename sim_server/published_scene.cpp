@@ -31,26 +31,35 @@ dynamics::SceneModel model_of(const scene::SceneDescription& scene, const bodies
 }
 
 /// A state grows with the contacts that are listed.
-void add_model(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
+void add_model(const dynamics::SceneModel& model, const dynamics::Simulation& simulation,
                publication::StaticScene& fixed) {
   constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
-  const bodies::World& world = simulation.world();
-  fixed.model = dynamics::encode(model_of(scene, world));
+  fixed.model = dynamics::encode(model);
   std::vector<std::byte> state;
   (void)simulation.save_state(state);
-  fixed.state_capacity = 2 * state.size() + kBytesOfSphere * world.spheres.size() + kBytesOfScene;
+  fixed.state_capacity =
+      2 * state.size() + kBytesOfSphere * simulation.world().spheres.size() + kBytesOfScene;
+}
+
+/// None: the scene is not stepped elsewhere.
+std::optional<dynamics::SceneModel> local_model(const scene::SceneDescription& scene,
+                                                const dynamics::Simulation& simulation) {
+  constexpr double kRounding = 1e-6;
+  if (!simulation.has_ticks() || scene.period_s < (1.0 - kRounding) * dynamics::kTick_s)
+    return std::nullopt;
+  dynamics::SceneModel model = model_of(scene, simulation.world());
+  if (dynamics::counted_tick_ns(model) > dynamics::kLongestTick_ns) return std::nullopt;
+  return model;
 }
 
 }  // namespace
 
 bool can_be_local(const scene::SceneDescription& scene, const dynamics::Simulation& simulation) {
-  return simulation.has_ticks() && dynamics::counted_tick_ns(model_of(scene, simulation.world())) <=
-                                       dynamics::kLongestTick_ns;
+  return local_model(scene, simulation).has_value();
 }
 
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                      const dynamics::Simulation& simulation, std::size_t number,
-                                      bool with_state) {
+                                      const dynamics::Simulation& simulation, std::size_t number) {
   const scene::Hand hand = scene::hands_of(scene)[number];
   const bodies::World& world = simulation.world();
   publication::StaticScene fixed;
@@ -69,9 +78,9 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
-  fixed.predicts = predicts(scene) && !with_state;
-  if (with_state) {
-    add_model(scene, simulation, fixed);
+  fixed.predicts = false;
+  if (const auto model = local_model(scene, simulation)) {
+    add_model(*model, simulation, fixed);
     for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);
     fixed.hand = number;
   }
@@ -86,11 +95,10 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
 }
 
 std::vector<publication::HandScene> hand_scenes(const scene::SceneDescription& scene,
-                                                const dynamics::Simulation& simulation,
-                                                bool with_state) {
+                                                const dynamics::Simulation& simulation) {
   std::vector<publication::HandScene> hands;
   for (const scene::Hand& hand : scene::hands_of(scene))
-    hands.push_back({hand.name, static_scene(scene, simulation, hands.size(), with_state)});
+    hands.push_back({hand.name, static_scene(scene, simulation, hands.size())});
   return hands;
 }
 

@@ -129,8 +129,6 @@ void write_report(const SimulationReport& report, const bodies::World& world,
   if (report.measures_time) {
     json["step_ms"] = reading::histogram_json(report.step_ns, 1e-6);
     json["phases_ms"] = {{"integrate", reading::histogram_json(report.integrate_ns, 1e-6)}};
-    if (report.predict_ns.count() > 0)
-      json["phases_ms"]["predict"] = reading::histogram_json(report.predict_ns, 1e-6);
     if (report.publish_ns.count() > 0) {
       json["phases_ms"]["publish"] = reading::histogram_json(report.publish_ns, 1e-6);
     }

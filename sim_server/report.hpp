@@ -34,7 +34,7 @@ struct SimulationReport {
   bool measures_time = false;  // lockstep has no wall time to report
   std::optional<dynamics::EnergyAccount> energy;
   std::vector<HandReport> hands;
-  realtime::Histogram step_ns, integrate_ns, predict_ns, publish_ns;
+  realtime::Histogram step_ns, integrate_ns, publish_ns;
 };
 
 /// Returns one line on the steps that did not converge or ran out of time, with advice for the

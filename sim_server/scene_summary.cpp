@@ -47,8 +47,8 @@ std::string hands_line(const scene::SceneDescription& scene) {
 
 std::string summary_of(const scene::SceneDescription& scene, const bodies::World& world) {
   std::array<char, 160> rate{};
-  std::snprintf(rate.data(), rate.size(), "%.6g Hz%s, %s", 1.0 / scene.period_s,
-                scene.choose_rate ? " (chosen)" : "", scene::describe(scene.method).c_str());
+  std::snprintf(rate.data(), rate.size(), "%.6g Hz, %s", 1.0 / scene.period_s,
+                scene::describe(scene.method).c_str());
   std::string step = rate.data();
   if (scene::is_explicit(scene.method.integrator) && scene.method.substeps == 0) {
     const int substeps = dynamics::taken_substeps(dynamics::load_of(world), scene.period_s);

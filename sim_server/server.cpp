@@ -76,20 +76,18 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
-  const bool with_state = options.with_state && can_be_local(scene, simulation);
   publication::Session session(
       session_spec(scene, options, simulation, proto::Clock::kMonotonic, start_ns), std::move(lock),
-      hand_scenes(scene, simulation, with_state));
+      hand_scenes(scene, simulation));
   std::vector<dynamics::TakeTool> take_tools;
   for (publication::HandSession& hand : session.hands()) {
     hand.tool().start();
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
   std::optional<PathSteps> paths;
-  if (with_state) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
+  if (can_be_local(scene, simulation)) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
-                           const dynamics::StepReport& step,
-                           const publication::SnapshotPrediction& prediction) {
+                           const dynamics::StepReport& step) {
     publication::SceneWriter& writer = session.hands()[hand].writer();
     const std::uint64_t computed_ns = realtime::monotonic_ns();
     writer.segment().require_whole();
@@ -100,13 +98,13 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
                                            .step_ns = now_ns - began_ns,
                                            .contacts = static_cast<std::uint64_t>(step.contacts),
                                            .tool_work_J = step.tools[hand].work_J};
-    writer.publish(simulation.snapshot(), times, prediction, simulation.field_records(),
+    writer.publish(simulation.snapshot(), times, {}, simulation.field_records(),
                    paths ? paths->state() : publication::SnapshotState());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, hand, times);
   };
   for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
-    publish(hand, start_ns, start_ns, {}, {});
+    publish(hand, start_ns, start_ns, {});
 
   // Behind the hands, whose loops wake on the same grid: a step takes the samples of its moment.
   realtime::PeriodicTimer timer(realtime::to_ns(scene.period_s), kBehindHands_ns);
@@ -122,15 +120,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const dynamics::StepReport step = paths ? paths->step_until(wake.now_ns, simulation, budget)
                                             : simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;
-    for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
-      publication::SnapshotPrediction prediction;
-      if (predicts(scene) && !paths) {
-        const std::uint64_t began_ns = realtime::monotonic_ns();
-        prediction = simulation.predict_next(scene.period_s, budget, hand);
-        report.predict_ns.record(realtime::monotonic_ns() - began_ns);
-      }
-      publish(hand, paths ? paths->time_ns() : wake.deadline_ns, wake.now_ns, step, prediction);
-    }
+    for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
+      publish(hand, paths ? paths->time_ns() : wake.deadline_ns, wake.now_ns, step);
     count_step(report, step);
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
   }
@@ -141,14 +132,13 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
-  const bool with_state = options.with_state && can_be_local(scene, simulation);
   publication::Session session(session_spec(scene, options, simulation, proto::Clock::kVirtual, 0),
-                               std::move(lock), hand_scenes(scene, simulation, with_state));
+                               std::move(lock), hand_scenes(scene, simulation));
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
   std::optional<PathSteps> paths;
-  if (with_state) paths.emplace(simulation, 0);
+  if (can_be_local(scene, simulation)) paths.emplace(simulation, 0);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
@@ -176,10 +166,6 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
               : simulation.step(to_s(snapshot.step_ns), take_tools, budget);
     if (step.stopped) break;
     if (paths) snapshot.state_ns = paths->time_ns();
-    // The hands tick on meanwhile; the predictions for the others take the place of this one.
-    publication::SnapshotPrediction prediction;
-    const bool has_predictions = predicts(scene) && !paths;
-    if (has_predictions) prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
 
     const ScheduledSnapshot shown = snapshot;
@@ -187,12 +173,10 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
     if (!peers.wait(&Header::lockstep_event_ns, shown.publish_ns)) break;
     for (std::size_t hand = 0; hand < hands; ++hand) {
-      if (hand > 0 && has_predictions)
-        prediction = simulation.predict_next(scene.period_s, {}, hand);
       publication::SceneWriter& writer = session.hands()[hand].writer();
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
-      writer.publish(simulation.snapshot(), times, prediction, simulation.field_records(), state());
+      writer.publish(simulation.snapshot(), times, {}, simulation.field_records(), state());
       count_snapshot(report, hand, times);
     }
     // A promise that the next one replaces at once would be seen by some hands only.

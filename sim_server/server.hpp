@@ -31,7 +31,6 @@ struct ServerOptions {
   std::optional<int> cpu;
   int threads = 0;  // that share the work of a large scene; 0: as many as there is room
   std::optional<gid_t> readers;  // a group that may read the scene's segment
-  bool with_state = false;       // snapshots carry the state, steps keep to the tools' paths
 };
 
 /// Runs a scene until its duration is over or stop is set, and counts what happened in report.

@@ -3,26 +3,15 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <ostream>
+#include <span>
 #include <string>
 #include <variant>
 
-#include "shared/files/whole_file.hpp"
-#include "sim_server/chooser.hpp"
+#include "sim_server/choice/record.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
-
-void tell(const std::string& line) {
-  spdlog::info("{}", line);
-}
-
-void write_records(const Choice& choice, const std::filesystem::path& file) {
-  if (file.empty()) return;
-  files::write_whole(file, [&](std::ostream& out) {
-    for (const choice::Record& record : choice.records) out << choice::json_line(record) << '\n';
-  });
-}
 
 void print_table(const std::string& title, std::span<const choice::Record> records) {
   std::printf("%s\n\n%s\n", title.c_str(),
@@ -39,28 +28,15 @@ void explain_contacts(const scene::SceneDescription& scene) {
 
 }  // namespace
 
-void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
-                    const std::filesystem::path& records) {
-  if (scene.choose_rate) {
-    const Choice choice = choose(scene, candidates_of(scene, false), kStartWork, tell);
-    scene.period_s = choice.chosen.scene.period_s;
-    scene.method = choice.chosen.scene.method;
-    spdlog::info("rate chosen: {}; --explain prints the candidates", choice.chosen.record.name);
-    if (const std::string complaint = complaint_of(choice); !complaint.empty())
-      spdlog::warn("rate_hz: {}", complaint);
-    write_records(choice, records);
-  } else if (scene.choose_method) {
-    const dynamics::MethodChoice choice =
-        dynamics::choose_method(dynamics::load_of(world), scene.period_s);
-    scene.method = choice.method;
-    spdlog::info("method chosen: {}: {}", scene::describe(scene.method), choice.why);
-  }
+void settle_choices(scene::SceneDescription& scene, const bodies::World& world) {
+  if (!scene.choose_method) return;
+  const dynamics::MethodChoice choice =
+      dynamics::choose_method(dynamics::load_of(world), scene.period_s);
+  scene.method = choice.method;
+  spdlog::info("method chosen: {}: {}", scene::describe(scene.method), choice.why);
 }
 
-void explain_choices(const scene::SceneDescription& scene, const bodies::World& world,
-                     const std::filesystem::path& records) {
-  std::optional<Choice> choice;
-  if (scene.hand) choice = choose(scene, candidates_of(scene, true), kExplainWork, tell);
+void explain_choices(const scene::SceneDescription& scene, const bodies::World& world) {
   explain_contacts(scene);
   const dynamics::SceneLoad load = dynamics::load_of(world);
   const dynamics::MethodChoice method = dynamics::choose_method(load, scene.period_s);
@@ -70,17 +46,6 @@ void explain_choices(const scene::SceneDescription& scene, const bodies::World& 
               method.why.c_str());
   if (!scene.choose_method)
     std::printf("the scene names %s\n", scene::describe(scene.method).c_str());
-  if (!choice) return;
-  std::printf("truth: velocity_verlet at %g Hz, known to %.3g %%; hand %s over %.3g s\n", kTruth_hz,
-              100.0 * choice->truth_error_share, scene.hand->file.filename().c_str(),
-              choice->watched_s);
-  print_table("at most " + std::to_string(std::lround(100.0 * scene.processor_share)) +
-                  " % of a processor; work is counted, not timed",
-              choice->records);
-  std::printf("chosen: %s\n", choice->chosen.record.name.c_str());
-  if (const std::string complaint = complaint_of(*choice); !complaint.empty())
-    std::printf("%s\n", complaint.c_str());
-  write_records(*choice, records);
 }
 
 }  // namespace stillgrid::sim_server

@@ -9,7 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "sim_server/chooser.hpp"
+#include "sim_server/dynamics/choice/counted_work.hpp"
+#include "sim_server/judge.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
@@ -33,7 +34,7 @@ choice::Record judged(const Judge& judge, const scene::SceneDescription& given,
           dynamics::choose_method(dynamics::load_of(scene::build_world(candidate.scene)),
                                   candidate.scene.period_s)
               .method;
-    return judge.judge(candidate).record;
+    return judge.judge(candidate);
   } catch (const std::exception& error) {
     candidate.record.refusal = error.what();
     return candidate.record;
@@ -43,7 +44,7 @@ choice::Record judged(const Judge& judge, const scene::SceneDescription& given,
 }  // namespace
 
 void try_files(const scene::SceneDescription& scene, std::istream& in, std::ostream& out) {
-  const Judge judge(scene, kUnlimitedWork);
+  const Judge judge(scene);
   while (in) {
     std::vector<std::string> lines;
     for (std::string line; std::getline(in, line) && !line.empty();) lines.push_back(line);

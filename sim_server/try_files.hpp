@@ -9,7 +9,7 @@ namespace stillgrid::sim_server {
 /// Judges scene files by the force on the scene's own hand, for scene_fit.
 ///
 /// Each line of `in` names a scene file and a transition, separated by a blank: `half.toml
-/// predict`. An empty line, or the end, starts the judgement of the lines before it, on all
+/// local`. An empty line, or the end, starts the judgement of the lines before it, on all
 /// processors. Writes one choice::json_line() a file, in their order, with the line as its name; a
 /// file that cannot be read has a refusal. Throws as Judge. Pre: scene.hand.
 void try_files(const scene::SceneDescription& scene, std::istream& in, std::ostream& out);

@@ -32,24 +32,4 @@ namespace stillgrid::bodies {
   return Eigen::Matrix3d::Identity() + first * cross + second * cross * cross;
 }
 
-/// What an arm is on the mean while it is turned by this rotation vector: left_jacobian() * arm,
-/// and how that changes with the vector. Work of a force through it is the force times the chord of
-/// the arm's way: vector x mean = rotation_of(vector) * arm - arm.
-[[nodiscard]] inline Eigen::Matrix3d mean_arm_by_turn(const Eigen::Vector3d& vector_rad,
-                                                      const Eigen::Vector3d& arm) {
-  const double a2 = vector_rad.squaredNorm(), a = std::sqrt(a2);
-  const bool by_series = a < 1e-2;
-  const double sine = std::sin(a), fall = 1.0 - std::cos(a);
-  const double first = by_series ? 0.5 - a2 / 24.0 : fall / a2;
-  const double second = by_series ? 1.0 / 6.0 - a2 / 120.0 : (a - sine) / (a2 * a);
-  const double first_slope =
-      by_series ? -1.0 / 12.0 + a2 / 180.0 : (a * sine - 2.0 * fall) / (a2 * a2);
-  const double second_slope =
-      by_series ? -1.0 / 60.0 + a2 / 1260.0 : (a * fall - 3.0 * (a - sine)) / (a2 * a2 * a);
-  const Eigen::Vector3d once = vector_rad.cross(arm), twice = vector_rad.cross(once);
-  return (first_slope * once + second_slope * twice) * vector_rad.transpose() -
-         first * cross_matrix(arm) -
-         second * (cross_matrix(once) + cross_matrix(vector_rad) * cross_matrix(arm));
-}
-
 }  // namespace stillgrid::bodies

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <span>
 
 #include "sim_server/bodies/world.hpp"
@@ -12,22 +11,6 @@ namespace stillgrid::bodies {
 struct SphereMotion {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-};
-
-/// Where the next step would take a sphere: at its predicted velocity if the tool's force stays as
-/// it is, and by its response where that changes.
-struct SpherePrediction {
-  Eigen::Vector3d predicted_velocity_m_s = Eigen::Vector3d::Zero();
-  std::uint32_t response = 0;  // its number among the snapshot's, from 1; 0: none
-};
-
-/// The same of a field: of its frame.
-struct FieldPrediction {
-  Eigen::Vector3d predicted_velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d predicted_angular_velocity_rad_s = Eigen::Vector3d::Zero();
-  // Number of its origin's response among the snapshot's, from 1, behind which is how it turns; 0:
-  // none.
-  std::uint32_t response = 0;
 };
 
 /// Where a sphere is, from the nodes or the rigid body it is bound to.

@@ -15,16 +15,12 @@
 
 namespace stillgrid::bodies {
 
-/// Unknowns are numbered in blocks of three; a thing without freedom has this number.
-inline constexpr int kNoUnknown = -1;
-
 /// A point mass of a deformable body.
 struct Node {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   double mass_kg = 0.0;
   bool pinned = false;
-  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned or sleeping
 };
 
 /// A spring with a damper along it, between two nodes.
@@ -61,8 +57,6 @@ struct RigidBody {
   Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal, body frame
   double bounding_radius_m = 0.0;  // farthest point from the centre: turns spin into a speed
   bool free = false;               // not prescribed
-  int unknown =
-      kNoUnknown;  // first of six: velocity, then angular velocity; or not free or sleeping
 
   PrescribedMotion prescribed;
 };
@@ -137,37 +131,12 @@ struct World {
   std::vector<FieldBody> fields;
   std::vector<collision::ContactMaterial> materials;
   std::vector<BodyRange> bodies;  // in the order of the scene file
-  int unknown_count = 0;
 };
-
-/// Those who meet are numbered: the moving spheres first, and behind them the fields. Whether a
-/// number is a field's, and that field.
-[[nodiscard]] inline bool is_field(const World& world, int number) {
-  return number >= static_cast<int>(world.spheres.size());
-}
-[[nodiscard]] inline const FieldBody& field_of(const World& world, int number) {
-  return world.fields[static_cast<std::size_t>(number) - world.spheres.size()];
-}
-[[nodiscard]] inline int number_of_field(const World& world, std::size_t field) {
-  return static_cast<int>(world.spheres.size() + field);
-}
-/// Of a sphere or a field: its body, and the rigid body that it goes with, or -1.
-[[nodiscard]] inline int body_of(const World& world, int number) {
-  return is_field(world, number) ? field_of(world, number).body
-                                 : world.spheres[static_cast<std::size_t>(number)].body;
-}
-[[nodiscard]] inline int rigid_of(const World& world, int number) {
-  return is_field(world, number) ? field_of(world, number).rigid
-                                 : world.spheres[static_cast<std::size_t>(number)].rigid;
-}
 
 /// Whether two bodies, or spheres of one, may collide as far as joints go.
 [[nodiscard]] inline bool may_collide(const World& world, int a, int b) {
   return world.apart.empty() || !std::ranges::binary_search(world.apart, std::pair{a, b});
 }
-
-/// Numbers the velocities of all that is free and awake. Call it when `sleeping` of a body changed.
-void number_unknowns(World& world);
 
 /// Position and velocity of a prescribed motion at time_s.
 struct PrescribedState {
@@ -176,19 +145,9 @@ struct PrescribedState {
 };
 [[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
 
-/// The ends of the line that a prescribed body keeps to from from_s until to_s, from where it is at
-/// from_s: turning points on the way too. Pre: from_s <= to_s.
-struct PrescribedRange {
-  Eigen::Vector3d from_m, to_m;
-};
-[[nodiscard]] PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s);
-
 /// Whether a motion that is prescribed leads anywhere; and whether it turns back.
 [[nodiscard]] bool is_moved(const RigidBody& body);
 [[nodiscard]] bool swings(const RigidBody& body);
-
-/// About the centre of mass, along the world's axes.
-[[nodiscard]] Eigen::Matrix3d world_inertia_kg_m2(const RigidBody& body);
 
 [[nodiscard]] double kinetic_energy_J(const RigidBody& body);
 /// Of what stretches or presses it.

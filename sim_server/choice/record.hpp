@@ -1,20 +1,16 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include "shared/rendering/force_error.hpp"
 
 namespace stillgrid::choice {
 
 /// One candidate of a choice, its cost and the error of its force.
 struct Record {
   std::string name = {};                   // in words
-  std::vector<std::string> settings = {};  // KEY=VALUE of the scene file that make the candidate
   double work_per_ms = 0.0;                // counted work of a simulated millisecond
   std::optional<double> error_share = {};  // rms of the force's error over the true force's rms
   double truth_error_share = 0.0;          // the same of the truth beside one of half its step
@@ -24,25 +20,18 @@ struct Record {
   std::string refusal = {};    // why the candidate was not chosen; empty: chosen
 };
 
-/// Limits that a chosen candidate keeps.
-struct Limits {
-  double error_share = rendering::kJustNoticeable;
-  double work_per_ms = std::numeric_limits<double>::infinity();
-};
-
 /// Works that differ by less are equal: weights of counts are no more exact.
 inline constexpr double kEqualWork = 1.1;
 
 /// Chooses one record and writes why into the others. Returns its index.
 ///
 /// Records that have a refusal already could not run. Among the others the cheapest is chosen that
-/// keeps both limits; of equal work the smallest. A record of as few bytes, of a work up to
-/// kEqualWork times as large, takes its place if its error is smaller. Otherwise the most accurate
-/// within the work is chosen, or the first if all errors are unknown. The cheapest is chosen if all
-/// exceed the work. Pre: not empty.
-std::size_t choose_record(std::span<Record> records, const Limits& limits);
+/// keeps the error; of equal work the smallest. A record of as few bytes, of a work up to
+/// kEqualWork times as large, takes its place if its error is smaller. If no record keeps the
+/// error the most accurate is chosen, or the first if all errors are unknown. Pre: not empty.
+std::size_t choose_record(std::span<Record> records, double max_error_share);
 
-[[nodiscard]] bool keeps_error(const Record& record, const Limits& limits);
+[[nodiscard]] bool keeps_error(const Record& record, double max_error_share);
 
 /// Returns the record as one line of JSON, without its end.
 [[nodiscard]] std::string json_line(const Record& record);

@@ -87,7 +87,6 @@ MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio,
       voxel_ratio_(chooses_voxel_ ? kLeastRatio : voxel_ratio),
       swept_bounds_(count),
       entered_(count),
-      grown_(count),
       moves_m_(kSamples, Eigen::Vector3f::Zero()),
       groups_(std::move(groups)),
       sorted_(count),
@@ -146,7 +145,7 @@ bool MovingSpheres::widen(std::uint32_t sphere, const collision::SweptBound& bal
     if (listed_ == candidates_.size()) candidates_.resize(2 * listed_ + 64);
     candidates_[listed_++] = pair;
   });
-  // Not in the grid's order: what a snapshot needs more of it, as predictions, must not be felt.
+  // Not in the grid's order: what a snapshot needs more of it must not be felt.
   std::sort(
       candidates_.begin() + static_cast<std::ptrdiff_t>(listed),
       candidates_.begin() + static_cast<std::ptrdiff_t>(listed_),
@@ -278,15 +277,12 @@ bool MovingSpheres::list_pairs(const PairFilter& may_collide, std::size_t most) 
   return true;
 }
 
-void MovingSpheres::reshape() {
+bool MovingSpheres::is_outgrown() const noexcept {
   const proto::GridShape shape = grid_.view().shape;
-  const auto outgrown = [&](const proto::GridLevel& level) {
-    return level.bounding_radius_m * voxel_ratio_ > level.voxel_m;  // shaped for half of that
-  };
-  const auto* const end = shape.levels.data() + shape.level_count;
-  if (std::none_of(shape.levels.data(), end, outgrown)) return;
-  for (std::size_t i = 0; i < grown_.size(); ++i) grown_[i] = grid_.swept_bound(i);
-  grid_.enter(grown_, voxel_ratio_, octaves_);
+  return std::any_of(shape.levels.data(), shape.levels.data() + shape.level_count,
+                     [&](const proto::GridLevel& level) {  // shaped for half of that
+                       return level.bounding_radius_m * voxel_ratio_ > level.voxel_m;
+                     });
 }
 
 }  // namespace stillgrid::contact

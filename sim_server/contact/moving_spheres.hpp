@@ -53,8 +53,8 @@ class MovingSpheres {
       std::span<const collision::SweptBound> balls, const PairFilter& may_collide,
       std::size_t most);
 
-  /// Every swept bound holds its sphere's ball of the last find(). The owner may write the records,
-  /// which nothing here reads, and let swept bounds grow: reshape() follows.
+  /// Every swept bound holds its sphere's ball of the last enter() or find(). The owner may write
+  /// the records, which nothing here reads, and let swept bounds grow.
   [[nodiscard]] collision::VoxelGrid& grid() noexcept { return grid_; }
   [[nodiscard]] const collision::VoxelGrid& grid() const noexcept { return grid_; }
 
@@ -64,9 +64,9 @@ class MovingSpheres {
     return swept_bounds_[sphere];
   }
 
-  /// Puts swept bounds that have grown beyond their level's octave where they belong: else one
-  /// sphere that was far away a snapshot ago would make every query of its level look as far.
-  void reshape();
+  /// Returns whether a swept bound has grown beyond its level's octave. Every query of the level
+  /// looks as far, until all are entered anew.
+  [[nodiscard]] bool is_outgrown() const noexcept;
 
   /// How often all swept bounds were made anew, and pairs that are tested every step.
   [[nodiscard]] std::uint64_t entered_count() const noexcept { return entered_count_; }
@@ -95,7 +95,6 @@ class MovingSpheres {
   std::vector<collision::SweptBound> swept_bounds_;  // of each sphere: what the list holds for
   float longest_m_ = 0.0F;                           // radius among them, before they grew
   std::vector<collision::SweptBound> entered_;       // the balls as they were entered
-  std::vector<collision::SweptBound> grown_;         // scratch: swept bounds as they are published
   std::vector<Eigen::Vector3f> moves_m_;             // of some in a step, as last measured
   std::vector<std::uint32_t> groups_;
   SortedBounds sorted_;

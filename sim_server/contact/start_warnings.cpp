@@ -9,13 +9,11 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <variant>
 
-#include "sim_server/bodies/sphere_motion.hpp"
-#include "sim_server/contact/predicted_contacts.hpp"
+#include "sim_server/contact/start_overlaps.hpp"
 
 namespace stillgrid::contact {
 namespace {
@@ -23,7 +21,6 @@ namespace {
 constexpr double kLongest_m = 10.0, kShortest_m = 1e-3;  // of a body
 constexpr double kFastest_m_s = 50.0;
 constexpr double kFarthest_m = 1000.0;  // floats are 60 um apart beyond
-constexpr double kDeep = 0.5;           // of the smaller radius
 constexpr double kHeaviest_kg = 50.0;
 constexpr double kLargestTool_m = 0.1;  // a radius, in lengths of the device
 constexpr double kSoftest_N_per_m = 1.0, kStiffest_N_per_m = 1e6;
@@ -179,59 +176,27 @@ void warn_of_holes(const scene::SceneDescription& scene, const std::vector<Shape
   }
 }
 
-/// The body that a contact's other side is of.
-int other_body(const bodies::World& world, const Contact& contact) {
-  if (contact.b >= 0) return bodies::body_of(world, contact.b);
-  if (contact.is_plane) {
-    for (const bodies::StaticPlane& plane : world.planes)
-      if (plane.normal == contact.plane_normal && plane.offset_m == contact.plane_offset_m)
-        return plane.body;
-    return -1;
-  }
-  for (const bodies::StaticSphere& sphere : world.static_spheres)
-    if (sphere.position_m == contact.position_b_m) return sphere.body;
-  return -1;
-}
-
 void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shapes,
                       Warnings& warnings) {
-  std::vector<std::uint32_t> all(world.spheres.size());
-  std::iota(all.begin(), all.end(), 0U);
-  PredictedContacts contacts;
-  (void)contacts.find(world, Detection(world, 0.0), all, 0.0, {});  // nothing is fast in no time
-  struct Overlap {
-    double depth_m = 0.0;
-    const Contact* contact = nullptr;
-  };
   std::map<std::pair<int, int>, Overlap> deepest;  // by body, and the other where it moves
-  for (const Contact& contact : contacts.contacts()) {
-    const double smaller_m =
-        contact.is_plane ? contact.radius_a_m : std::min(contact.radius_a_m, contact.radius_b_m);
-    if (contact.depth_before_m <= kDeep * smaller_m * (contact.is_plane ? 2.0 : 1.0)) continue;
-    const int body = bodies::body_of(world, contact.a);
-    if (contact.is_plane) {
-      const std::vector<double>& highest_m = shapes[static_cast<std::size_t>(body)].highest_m;
-      const auto own = std::find_if(world.planes.begin(), world.planes.end(), [&](const auto& p) {
-        return p.normal == contact.plane_normal && p.offset_m == contact.plane_offset_m;
-      });
-      if (highest_m[static_cast<std::size_t>(own - world.planes.begin())] <
-          -shapes[static_cast<std::size_t>(body)].radius_m)
-        continue;  // said already
-    }
-    const int other = contact.b >= 0 ? bodies::body_of(world, contact.b) : -1;
-    Overlap& overlap = deepest[{body, other}];
-    if (contact.depth_before_m > overlap.depth_m) overlap = {contact.depth_before_m, &contact};
+  for (const Overlap& overlap : deep_overlaps(world)) {
+    const Shape& shape = shapes[static_cast<std::size_t>(overlap.body)];
+    if (overlap.plane >= 0 &&
+        shape.highest_m[static_cast<std::size_t>(overlap.plane)] < -shape.radius_m)
+      continue;  // said already
+    Overlap& known = deepest[{overlap.body, overlap.other_moves ? overlap.other : -1}];
+    if (overlap.depth_m > known.depth_m) known = overlap;
   }
   for (const auto& [bodies, overlap] : deepest) {
     if (!warnings.has_room()) {
       warnings.add(bodies.first, {});
       continue;
     }
-    const int other = other_body(world, *overlap.contact);
-    warnings.add(bodies.first,
-                 print("overlaps ") +
-                     (other == bodies.first ? "itself" : "body " + warnings.name(other)) +
-                     print(" by %.3g m at the start: they will burst apart", overlap.depth_m));
+    warnings.add(
+        bodies.first,
+        print("overlaps ") +
+            (overlap.other == bodies.first ? "itself" : "body " + warnings.name(overlap.other)) +
+            print(" by %.3g m at the start: they will burst apart", overlap.depth_m));
   }
 }
 

@@ -122,10 +122,9 @@ ContactChoice choose_contact(const mesh::TriangleMesh& closed, const ContactNeed
   if (all.empty()) throw std::invalid_argument("neither a field nor spheres can be made of it");
   ContactChoice choice;
   for (const Made& made : all) choice.records.push_back(made.record);
-  const choice::Limits limits{.error_share = need.max_error_share};
-  Made& best = all[choice::choose_record(choice.records, limits)];
+  Made& best = all[choice::choose_record(choice.records, need.max_error_share)];
   choice.chosen = best.record;
-  choice.keeps_error = choice::keeps_error(best.record, limits);
+  choice.keeps_error = choice::keeps_error(best.record, need.max_error_share);
   choice.field = best.field;
   choice.cell_m = best.cell_m;
   choice.balls = std::move(best.balls);

@@ -14,7 +14,6 @@ bodies::World build_world(const SceneDescription& scene) {
                                material.slip_speed_m_s});
   for (const bodies::BodyDescription& body : scene.bodies) bodies::add_body(world, body);
   build_joints(scene.joints, world);
-  bodies::number_unknowns(world);
   return world;
 }
 

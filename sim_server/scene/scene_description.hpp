@@ -66,9 +66,7 @@ struct HandDescription {
 struct SceneDescription {
   std::string name;  // of the file, without folder and extension
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0.0, 0.0, -9.81);
-  double period_s = 0.01;         // of the simulation
-  bool choose_rate = false;       // rate_hz = "auto": choice::choose() chooses the period
-  double processor_share = 0.25;  // of one processor: most work of a rate chosen so
+  double period_s = 0.01;  // of the simulation
   Method method;
   bool names_step = true;      // false: neither a rate nor a method, see settle_step()
   bool choose_method = false;  // integrator = "auto": dynamics::choose_method() does

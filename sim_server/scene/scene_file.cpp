@@ -98,22 +98,14 @@ void read_simulation(toml::TableReader table, Integrators integrators, SceneDesc
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
   }
-  scene.choose_rate = table.has_text("rate_hz");
-  if (scene.choose_rate)
-    (void)table.choice("rate_hz", std::array<std::string_view, 1>{"auto"});
-  else if (table.has("rate_hz"))
-    scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kAny);
+  if (table.has_text("rate_hz"))
+    table.refuse("rate_hz", "a number: no rate is chosen; write 10 to 100, snapshots a second");
+  if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kAny);
   if (table.has("period_s")) scene.period_s = table.number("period_s", toml::Bound::kPositive);
   if (!(scene.period_s >= kShortestPeriod_s && scene.period_s <= kLongestPeriod_s)) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
-  if (!scene.choose_rate && table.has("processor_share"))
-    table.refuse("processor_share",
-                 "no such key beside a rate that is given: it bounds a chosen one");
-  scene.processor_share =
-      table.number_or("processor_share", toml::Bound::kPositive, scene.processor_share);
-  if (scene.processor_share > 1.0) table.refuse("processor_share", "at most 1, a processor");
   read_method(table, integrators, scene);
   scene.sleeping = table.flag_or("sleeping", scene.sleeping);
   table.finish();
@@ -304,10 +296,6 @@ void read_tables(toml::TableReader& document, Integrators integrators, const std
   read_simulation(std::move(simulation), integrators, scene);
   read_grid(document.table("grid"), scene);
   read_hands(document, scene);
-  if (scene.choose_rate && !scene.hand)
-    document.table("simulation")
-        .refuse("rate_hz",
-                "a number, or a table [hand] with the file of the hand to choose it for");
   read_materials(document, scene);
   read_bodies(document, scene);
   read_joints(document, scene);

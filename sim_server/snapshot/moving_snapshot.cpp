@@ -1,9 +1,11 @@
 #include "sim_server/snapshot/moving_snapshot.hpp"
 
-#include <algorithm>
-#include <cassert>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
+#include "shared/collision/sphere_history.hpp"
+#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/snapshot/sphere_records.hpp"
 
 namespace stillgrid::snapshot {
@@ -13,82 +15,61 @@ Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Vector3f>(v.data());
 }
 
+/// Its place among the spheres of its body tells a user more than its number in the scene.
+[[noreturn]] void refuse(const bodies::World& world, std::size_t sphere,
+                         const bodies::SphereMotion& motion) {
+  const int body = world.spheres[sphere].body;
+  std::size_t first = sphere;
+  while (first > 0 && world.spheres[first - 1].body == body) --first;
+  const Eigen::Vector3d& p = motion.position_m;
+  throw std::domain_error("body '" + world.bodies[static_cast<std::size_t>(body)].name +
+                          "': sphere " + std::to_string(sphere - first) + ": position " +
+                          std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " +
+                          std::to_string(p.z()) + " m after " + std::to_string(world.time_s) +
+                          " s: expected finite numbers");
+}
+
 }  // namespace
 
-MovingSnapshot::MovingSnapshot(const bodies::World& world, contact::Detection& detection)
-    : snapshots_(world.spheres.size()) {
-  const auto records = detection.spheres().grid().records();
+MovingSnapshot::MovingSnapshot(const bodies::World& world, double voxel_ratio)
+    : spheres_(world.spheres.size(), static_cast<float>(voxel_ratio)),
+      states_(world.spheres.size()),
+      bounds_(world.spheres.size()) {
+  const auto records = spheres_.grid().records();
   for (std::size_t i = 0; i < records.size(); ++i) {
     describe(world.spheres[i], records[i]);
     if (world.spheres[i].is_field_point) records[i].material = proto::kFieldPoint;
   }
-  show(detection);
+  show(world);
 }
 
-void MovingSnapshot::show(contact::Detection& detection) {
-  const std::span<const bodies::SphereMotion> motions = detection.motions();
-  for (std::size_t i = 0; i < snapshots_.size(); ++i) snapshots_[i] = state_of(motions[i]);
-  show(snapshots_, detection.spheres());
+void MovingSnapshot::show(const bodies::World& world) {
+  bodies::SphereMotions motion_of(world.nodes, world.rigid_bodies);
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    const bodies::SphereMotion motion = motion_of(world.spheres[i]);
+    states_[i] = state_of(motion);
+    // What is beyond a float's range is as lost as what is no number.
+    if (!vector(states_[i].position_m).allFinite() || !vector(states_[i].velocity_m_s).allFinite())
+      refuse(world, i, motion);
+  }
+  show(states_);
 }
 
-void MovingSnapshot::show(std::span<const proto::SphereState> snapshots,
-                          contact::MovingSpheres& spheres) {
-  collision::VoxelGrid& grid = spheres.grid();
-  grid.push_snapshot(snapshots);
+void MovingSnapshot::show(std::span<const proto::SphereState> states) {
+  collision::VoxelGrid& grid = spheres_.grid();
+  grid.push_snapshot(states);
   const auto records = grid.records();
-  const bool is_entered_anew = spheres.entered_count() != shown_entry_;
-  for (std::size_t i = 0; i < snapshots.size(); ++i) {
-    const proto::SphereRecord& record = records[i];
-    const Eigen::Array3f centre_m = vector(spheres.swept_bound(i).centre_m);
-    const auto distance_m2 = [&](const std::array<float, 3>& position_m) {
-      return (vector(position_m).array() - centre_m).square().sum();
-    };
-    float farthest_m2 = distance_m2(record.newest.position_m);
-    if (is_entered_anew)
-      farthest_m2 = std::max({farthest_m2, distance_m2(record.older[0].position_m),
-                              distance_m2(record.older[1].position_m),
-                              distance_m2(record.oldest_position_m)});
-    const float room_m =
-        (1.0F - contact::kBoundSlack) * spheres.swept_bound(i).bounding_radius_m - record.radius_m;
-    if (farthest_m2 > room_m * std::abs(room_m))
-      grid.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + contact::kBoundSlack));
+  const bool is_entered = spheres_.entered_count() > 0;
+  for (std::size_t i = 0; i < states.size() && is_entered; ++i) {
+    const collision::SweptBound& bound = grid.swept_bound(i);
+    const float away_m = (vector(records[i].newest.position_m) - vector(bound.centre_m)).norm() +
+                         records[i].radius_m;
+    const float needed_m = away_m * (1.0F + contact::kBoundSlack);
+    if (!(needed_m <= bound.bounding_radius_m)) grid.grow(i, needed_m);
   }
-  shown_entry_ = spheres.entered_count();
-  spheres.reshape();
-}
-
-void MovingSnapshot::forget_predictions(contact::MovingSpheres& moving) {
-  for (proto::SphereRecord& record : moving.grid().records()) {
-    record.predicted_velocity_m_s = record.newest.velocity_m_s;
-    record.response = 0;
-  }
-}
-
-void MovingSnapshot::take_predictions(std::span<const std::uint32_t> spheres,
-                                      std::span<const bodies::SpherePrediction> prediction,
-                                      double prediction_s, double lag_s,
-                                      contact::MovingSpheres& moving) {
-  collision::VoxelGrid& grid = moving.grid();
-  const auto records = grid.records();
-  for (std::size_t k = 0; k < spheres.size(); ++k) {
-    proto::SphereRecord& record = records[spheres[k]];
-    const Eigen::Vector3f velocity_m_s = prediction[k].predicted_velocity_m_s.cast<float>();
-    record.predicted_velocity_m_s = {velocity_m_s.x(), velocity_m_s.y(), velocity_m_s.z()};
-    record.response = prediction[k].response;
-  }
-  const auto ahead = static_cast<float>(prediction_s), behind = static_cast<float>(lag_s);
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    const proto::SphereRecord& record = records[i];
-    const collision::SweptBound& swept_bound = grid.swept_bound(i);
-    const Eigen::Vector3f from_m = vector(record.newest.position_m) - vector(swept_bound.centre_m);
-    const Eigen::Vector3f velocity_m_s = vector(record.predicted_velocity_m_s);
-    const float farthest_m2 = std::max((from_m + ahead * velocity_m_s).squaredNorm(),
-                                       (from_m - behind * velocity_m_s).squaredNorm());
-    const float bounding_radius_m =
-        (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + contact::kBoundSlack);
-    if (bounding_radius_m > swept_bound.bounding_radius_m) grid.grow(i, bounding_radius_m);
-  }
-  moving.reshape();
+  if (is_entered && !spheres_.is_outgrown()) return;
+  for (std::size_t i = 0; i < states.size(); ++i) bounds_[i] = collision::bound_history(records[i]);
+  spheres_.enter(bounds_);
 }
 
 }  // namespace stillgrid::snapshot

@@ -1,49 +1,36 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "proto/scene_segment.hpp"
-#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/detection.hpp"
+#include "sim_server/contact/moving_spheres.hpp"
 
 namespace stillgrid::snapshot {
 
-/// The snapshot of all moving spheres, ready to publish, in the grid that finds their contacts: one
-/// grid serves both [Davanne 2002, section 2], its swept bounds growing by what a snapshot needs
-/// more.
+/// The snapshots of all moving spheres, ready to publish: a grid that holds their history. It is
+/// filled anew when swept bounds have outgrown it.
 ///
 /// Nothing is allocated after construction. Thread: one.
 class MovingSnapshot {
  public:
-  MovingSnapshot() = default;
-  /// Describes the spheres of the world and shows them where detection sees them. Pre: detection
-  /// was made for this world.
-  MovingSnapshot(const bodies::World& world, contact::Detection& detection);
+  /// Describes the spheres of the world and shows them. voxel_ratio: edge of a voxel over twice the
+  /// reach of the spheres' swept bounds; none or negative: chosen from the scene. Throws as show().
+  MovingSnapshot(const bodies::World& world, double voxel_ratio);
 
-  /// One more snapshot of every sphere, as detection.motions() has it: the grid then holds the
-  /// whole history. Pre: detection is the constructor's.
-  void show(contact::Detection& detection);
-  /// The same of given snapshots. Pre: the spheres were entered, snapshots.size() is their count.
-  void show(std::span<const proto::SphereState> snapshots, contact::MovingSpheres& spheres);
+  /// One more snapshot of every sphere. Throws std::domain_error, naming body and sphere, where a
+  /// place is no number. Pre: the world has the bodies that the constructor saw.
+  void show(const bodies::World& world);
+  /// The same of given states. Pre: states.size() is the count of spheres; numbers.
+  void show(std::span<const proto::SphereState> states);
 
-  /// Adds to the snapshot shown last where spheres will go: prediction[k] of sphere spheres[k], the
-  /// others at their velocity. Swept bounds hold all snapshots, and from lag_s before the newest to
-  /// prediction_s after it on the drift. Pre: `spheres` ascend; the grid was not entered anew
-  /// since.
-  void take_predictions(std::span<const std::uint32_t> spheres,
-                        std::span<const bodies::SpherePrediction> prediction, double prediction_s,
-                        double lag_s, contact::MovingSpheres& moving);
-
-  /// All of the snapshot shown last go on at their velocity again. Swept bounds stay.
-  static void forget_predictions(contact::MovingSpheres& moving);
+  [[nodiscard]] const collision::VoxelGrid& grid() const noexcept { return spheres_.grid(); }
 
  private:
-  std::vector<proto::SphereState> snapshots_;
-  std::uint64_t shown_entry_ =
-      0;  // of MovingSpheres::entered_count(), whose swept bounds hold the history
+  contact::MovingSpheres spheres_;
+  std::vector<proto::SphereState> states_;
+  std::vector<collision::SweptBound> bounds_;
 };
 
 }  // namespace stillgrid::snapshot

@@ -1,10 +1,9 @@
 #!/usr/bin/python3
-"""integrator = "auto" is chosen by the spectrum, rate_hz = "auto" by counted work: no clock decides."""
-import json
+"""integrator = "auto" is chosen by the spectrum: no clock decides."""
 import subprocess
 
 import daemons
-from daemons import BAD_INPUT, DONE, NOT_CONVERGED
+from daemons import DONE, NOT_CONVERGED
 
 SCENE = """
 format = 2
@@ -32,11 +31,10 @@ class MethodChoiceTest(daemons.SessionTest):
     def setUp(self):
         super().setUp()
         self.scene = self.write("auto.toml", SCENE)
-        self.record = self.folder / "choice.json"
         self.end = self.folder / "end.csv"
 
     def explain(self):
-        return self.run_program("--explain", "--choice", self.record)
+        return self.run_program("--explain")
 
     def offline(self, *arguments):
         return self.run_program("--offline", "--duration", "0.5", "--final-state", self.end,
@@ -53,7 +51,6 @@ class MethodChoiceTest(daemons.SessionTest):
         self.assertEqual(result.returncode, DONE, result.stderr)
         self.assertRegex(result.stdout, "method by the spectrum: velocity_verlet: springs of .* rad/s")
         self.assertEqual(self.explain().stdout, result.stdout)  # no clock is read
-        self.assertFalse(self.record.exists())  # that is of a hand
         self.write("auto.toml", SCENE.replace("structural = 50.0", "structural = 1e9"))
         self.assertRegex(self.explain().stdout, "method by the spectrum: implicit_euler: .* more than 16\n")
 
@@ -89,45 +86,6 @@ material = "thread"
             self.assertIn("method chosen: ", result.stderr)
             ends.append(self.end.read_bytes())
         self.assertEqual(ends[0], ends[1])
-
-    def leave_the_rate(self):
-        """To choose for a hand that stays above the thread's end and presses it."""
-        self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.001\n")
-        self.write("auto.toml", SCENE.replace("rate_hz = 50.0", 'rate_hz = "auto"')
-                   .replace("[[material]]", '[hand]\nfile = "hand.csv"\n[[material]]'))
-
-    def test_a_rate_is_explained_recorded_and_chosen_alike_in_virtual_time(self):
-        self.leave_the_rate()
-        explained = self.explain()
-        self.assertEqual(explained.returncode, DONE, explained.stderr)
-        self.assertEqual(len([line for line in explained.stdout.splitlines() if line.startswith("* ")]), 1)
-        records = [json.loads(line) for line in self.record.read_text().splitlines()]
-        self.assertGreaterEqual(len(records), 11)
-        chosen = [record for record in records if not record["refusal"]]
-        self.assertEqual(len(chosen), 1)
-        self.assertIn(f"chosen: {chosen[0]['name']}\n", explained.stdout)
-        ends = []
-        for _ in range(2):
-            result = self.offline("--choice", self.record)
-            self.assertEqual(result.returncode, DONE, result.stderr)
-            self.assertIn("rate chosen: ", result.stderr)
-            ends.append((self.record.read_text(), self.end.read_bytes()))
-        self.assertEqual(ends[0], ends[1])
-
-    def test_a_bad_hand_is_refused_in_one_line_before_any_method_is_tried(self):
-        self.leave_the_rate()
-        (self.folder / "folder.csv").mkdir()
-        for name, text in (("hand.csv", "time_s,x_m,x_m,y_m,z_m\n"),
-                           ("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0,5\n1,0,0,0,6\n"), ("folder.csv", None)):
-            with self.subTest(text=text):
-                self.write("auto.toml", self.scene.read_text().replace("hand.csv", name))
-                if text is not None:
-                    self.write(name, text)
-                result = self.explain()
-                self.assertEqual(result.returncode, BAD_INPUT, result.stderr)
-                self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-                self.assertIn(name + ":", result.stderr)
-                self.assertEqual(result.stdout, "")
 
     def test_a_run_of_which_no_step_converged_says_so_by_its_exit_status_too(self):
         stiff = SCENE.replace("structural = 50.0", "structural = 1e9").replace(

@@ -228,7 +228,7 @@ class SceneSchemaTest(daemons.SessionTest):
         self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0.1\n1,0,0,0.1\n")
         keys = SCHEMA["properties"]["simulation"]["properties"]
         choices = {"integrator": keys["integrator"]["enum"], "substeps": [1, 7],
-                   "tolerance_m_s": [3e-7], "rate_hz": ["auto", 41.0], "processor_share": [0.13]}
+                   "tolerance_m_s": [3e-7], "rate_hz": ["auto", 41.0]}
         taken = {False: 0, True: 0}
         for seed in (5, 1013, 65539):
             draw = random.Random(seed)

@@ -258,7 +258,7 @@ class LocalTest(HandsTest):
 
     def felt(self, scene, devices, seconds, sim, durations=None):
         """What each hand did and felt, by column, as the recordings tell it."""
-        self.run_hands(scene, devices, seconds, ("--with-state", *sim), durations, ("--transition", "local"))
+        self.run_hands(scene, devices, seconds, sim, durations, ("--transition", "local"))
         recordings = (daemons.read_recording(self.folder / f"{self.last}.{name}.csv") for name in devices)
         skipped = ("snapshot", "alpha", "age", "tick", "flags")
         return [{column: values for column, values in recording.columns.items() if not column.startswith(skipped)}

@@ -272,8 +272,7 @@ class Options(ViewerTest):
     def test_what_only_a_run_needs_is_refused_beside_surfaces(self):
         surfaces = self.folder / "wall.json"
         for option in (("--duration", 1), ("--report", "r.json"), ("--session", "a"), ("--cpu", 0),
-                       ("--final-state", "s.csv"), ("--seed", 2), ("--rate", 30), ("--explain",),
-                       ("--choice", "c.json")):
+                       ("--final-state", "s.csv"), ("--seed", 2), ("--rate", 30), ("--explain",)):
             result = subprocess.run(
                 [BUILD / "bin" / "sim_server", "--scene", SCENES / "wall.toml", "--surfaces",
                  surfaces, *map(str, option)], capture_output=True, text=True, timeout=20 * PATIENCE)

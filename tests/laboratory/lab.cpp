@@ -90,8 +90,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
       scene, start_world(scene, options.start),
       {scene.period_s, options.jitter, options.seed, options.latency_s},
       options.measures_ticks ? sim_server::CostClock(realtime::thread_processor_s)
-                             : sim_server::CostClock(),
-      options.prediction_s, options.transition == display::Transition::kLocal);
+                             : sim_server::CostClock());
   SimulationRecord record(simulation.simulation(), options, run);
   device::Device device(device::parse_device_spec(options.device),
                         {.period_ns = tick_ns, .is_virtual = true});
@@ -100,7 +99,8 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
   const publication::SceneView own_view = simulation.view();
   const publication::ToolView tool_view = tool_of(simulation.session());
-  simulation.follow(tool_view);
+  if (!options.network && options.transition == display::Transition::kLocal)
+    simulation.follow(tool_view);
   const std::unique_ptr<Network> network = network_of(scene, options, simulation);
   const publication::SceneView& scene_view = network ? network->view() : own_view;
   auto renderer = make_renderer(options.rival, options.transition);
@@ -118,8 +118,8 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
           record.take(stepped, report);
           if (sees_steps != nullptr) sees_steps->after_step(stepped);
         },
-        [&](const auto& simulated, const auto& times, const auto& prediction) {
-          if (network) network->send(simulated, times, prediction);
+        [&](const auto& simulated, const auto& times) {
+          if (network) network->send(simulated, times, {});
         });
     if (network) network->deliver(now_ns);
   };

@@ -8,7 +8,7 @@
 #include "shared/publication/tool_segment.hpp"
 #include "shared/tools/scene_relay/deadband.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
-#include "sim_server/dynamics/step/tool_motion.hpp"
+#include "sim_server/dynamics/step/tool_sample.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "tests/laboratory/network_links.hpp"
 #include "tests/laboratory/remote_scene.hpp"

@@ -94,14 +94,13 @@ Finding keeps_its_deadline(const LawCase& law_case) {
     budget.end_within(realtime::to_ns(step_s));
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
-    (void)simulation.predict_next(step_s, budget);
     if (i > 0) least = std::min(least, (realtime::thread_processor_s() - began_s) / step_s);
   }
   return {.measured = least,
           .allowed = 1.1,
           .what = "periods of processor time that a step of " +
                   std::to_string(simulation.world().spheres.size()) +
-                  " spheres takes with its prediction, the least of " + std::to_string(kTries - 1)};
+                  " spheres takes, the least of " + std::to_string(kTries - 1)};
 }
 
 Finding costs_are_linear(const LawCase& law_case) {

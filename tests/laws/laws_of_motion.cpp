@@ -128,15 +128,12 @@ Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription&
                plain.push_back(state_of(simulation.world()));
                return true;
              });
-  const std::size_t hands = scene::hands_of(scene).size();
   double worst_m = 0.0;
   std::size_t step = 0;
   std::optional<publication::SceneWriter> writer;
   std::uint64_t stamp_ns = 0;
   move_scene(scene, law_case, paths,
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
-               for (std::size_t hand = 0; hand < hands && variant == "predicted"; ++hand)
-                 (void)simulation.predict_next(scene.period_s, {}, hand);
                if (variant == "accounted") {
                  if (step == 0) simulation.account_energy();
                  (void)simulation.energy_account();

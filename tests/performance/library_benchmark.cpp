@@ -7,7 +7,6 @@
 
 #include "proto/stillgrid.h"
 #include "shared/publication/scene_segment.hpp"
-#include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
@@ -78,60 +77,47 @@ void publish_by_c(benchmark::State& state) {
   stillgrid_publisher_close(publisher);
 }
 
-/// The server's own: its collision detection has entered the spheres, which is timed apart.
+/// The server's own.
 void publish_by_server(benchmark::State& state) {
   const auto count = static_cast<std::size_t>(state.range(0));
-  const bool with_detection = state.range(1) != 0;
   Steps steps(count);
   publication::StaticScene fixed;
   fixed.device = {{0, 0, 0}, {0, 0, 0, 1}, 1.0};
   publication::SceneWriter writer("benchmark-server-" + std::to_string(::getpid()), fixed, count,
                                   10'000'000, proto::Clock::kVirtual, 0);
-  contact::MovingSpheres spheres(count, -1.0F);
-  snapshot::MovingSnapshot snapshot;
-  std::vector<collision::SweptBound> balls(count);
-  std::vector<proto::SphereState> states(count);
-  const auto find = [&] {
+  bodies::World world;
+  world.bodies.emplace_back();
+  for (std::size_t i = 0; i < count; ++i) {
+    bodies::SphereBinding& sphere = world.spheres.emplace_back();
+    sphere.radius_m = steps.radii_m()[i];
+    sphere.node_count = 1;
+    sphere.nodes[0] = static_cast<int>(i);
+    sphere.weights[0] = 1.0;
+    world.nodes.emplace_back().velocity_m_s =
+        Eigen::Vector3d(steps.velocities_m_s().data() + 3 * i);
+  }
+  const auto move = [&] {
     const std::vector<double>& places_m = steps.next();
-    for (std::size_t i = 0; i < count; ++i) {
-      const Eigen::Vector3d place_m(places_m.data() + 3 * i);
-      balls[i] = collision::bound_sphere(place_m, steps.radii_m()[i]);
-      const Eigen::Vector3f p = place_m.cast<float>();
-      const Eigen::Vector3f v =
-          Eigen::Vector3d(steps.velocities_m_s().data() + 3 * i).cast<float>();
-      states[i] = {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
-    }
-    benchmark::DoNotOptimize(spheres.find(balls).data());
+    for (std::size_t i = 0; i < count; ++i)
+      world.nodes[i].position_m = Eigen::Vector3d(places_m.data() + 3 * i);
   };
-  const auto show = [&] {
-    snapshot.show(states, spheres);
-    writer.publish(spheres.grid(), {});
+  move();
+  snapshot::MovingSnapshot snapshot(world, 0.0);
+  const auto step = [&] {
+    move();
+    snapshot.show(world);
+    writer.publish(snapshot.grid(), {});
   };
-  for (int i = 0; i < 2; ++i) {
-    find();
-    show();
-  }
-  for (auto _ : state) {
-    if (!with_detection) state.PauseTiming();
-    find();
-    if (!with_detection) state.ResumeTiming();
-    show();
-  }
+  for (int i = 0; i < 2; ++i) step();
+  for (auto _ : state) step();
 }
 
 void counts(benchmark::internal::Benchmark* measured) {
   for (const int n : {400, 4000, 40000, 400000}) measured->Arg(n);
 }
-void counts_by_part(benchmark::internal::Benchmark* measured) {
-  for (const int with_detection : {0, 1})
-    for (const int n : {400, 4000, 40000, 400000}) measured->Args({n, with_detection});
-}
 
 BENCHMARK(publish_by_c)->Name("publish/c_abi")->Apply(counts)->Unit(benchmark::kMicrosecond);
-BENCHMARK(publish_by_server)
-    ->Name("publish/server")
-    ->Apply(counts_by_part)
-    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(publish_by_server)->Name("publish/server")->Apply(counts)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace stillgrid::performance

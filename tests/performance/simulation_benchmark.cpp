@@ -122,36 +122,18 @@ scene::SceneDescription still_heap(int balls) {
   return scene;
 }
 
-/// What a step of the product does beside moving the world on: taking the snapshot, predicting the
-/// next step. Nanoseconds a sphere.
-void beside_the_motion(benchmark::State& state, const std::string& part) {
+/// What a step of the product does beside moving the world on: taking the snapshot. Nanoseconds a
+/// sphere.
+void take_snapshots(benchmark::State& state) {
   const auto balls = static_cast<int>(state.range(0));
-  const scene::SceneDescription scene = still_heap(balls);
-  dynamics::Simulation simulation(scene);
-  const auto tool = [&] {
-    return dynamics::ToolSample{.time_ns = 1, .position_m = scene.device.position_m};
-  };
-  (void)simulation.step(scene.period_s, tool);
-  contact::Detection detection(simulation.world(), 0.0);
-  snapshot::MovingSnapshot snapshot(simulation.world(), detection);
-  double sum = 0.0;
-  for (auto _ : state) {
-    if (part == "show") snapshot.show(detection);
-    if (part == "predict")
-      sum += static_cast<double>(simulation.predict_next(scene.period_s).modes.size());
-  }
-  benchmark::DoNotOptimize(sum);
+  const bodies::World world = scene::build_world(still_heap(balls));
+  snapshot::MovingSnapshot snapshot(world, 0.0);
+  for (auto _ : state) snapshot.show(world);
   state.counters["ns_a_sphere"] =
       benchmark::Counter(1e-9 * static_cast<double>(state.iterations()) * balls,
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK_CAPTURE(beside_the_motion, show, "show")->Name("beside/show")->Arg(40000);
-BENCHMARK_CAPTURE(beside_the_motion, predict, "predict")
-    ->Name("beside/predict")
-    ->Arg(400)
-    ->Arg(4000)
-    ->Arg(40000)
-    ->Iterations(3);
+BENCHMARK(take_snapshots)->Name("beside/show")->Arg(40000);
 
 /// Whole steps, and what they had to do on average.
 void take_steps(benchmark::State& state, RunningScene& running) {

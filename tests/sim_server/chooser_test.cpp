@@ -1,6 +1,4 @@
-// The one chooser: what a hand feels, what is chosen for it, and that no clock is read.
-
-#include "sim_server/chooser.hpp"
+// What a hand feels of a scene, and how it is judged.
 
 #include <algorithm>
 #include <array>
@@ -11,6 +9,8 @@
 #include <sstream>
 #include <string>
 
+#include "shared/rendering/force_error.hpp"
+#include "sim_server/judge.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/try_files.hpp"
@@ -37,7 +37,7 @@ scene::SceneDescription ball_below(const tests::TestFolder& folder, double frequ
   return scene::load_scene(folder.write("ball.toml", R"(
 format = 2
 [simulation]
-rate_hz = "auto"
+rate_hz = 100
 [device]
 position_m = [0.01, 0.0, 0.002]
 [hand]
@@ -63,16 +63,7 @@ struct Case {
   scene::SceneDescription scene;
 
   explicit Case(double frequency_hz) : scene(ball_below(folder, frequency_hz)) {}
-
-  [[nodiscard]] Choice choose(double most_work = kUnlimitedWork) const {
-    return sim_server::choose(scene, candidates_of(scene, false), most_work,
-                              [](const std::string&) {});
-  }
 };
-
-double rate_of(const Choice& choice) {
-  return 1.0 / choice.chosen.scene.period_s;
-}
 
 TEST_CASE("What is felt is what both servers in lockstep let a replayed hand feel", "[chooser]") {
   Case one(3.1);
@@ -82,6 +73,7 @@ TEST_CASE("What is felt is what both servers in lockstep let a replayed hand fee
                                 {.latency_s = 0.3 / 47.0, .duration_s = 0.9});
   laboratory::LabOptions options;
   options.device = "replay:file=" + one.scene.hand->file.string();
+  options.transition = display::Transition::kLocal;
   options.latency_s = 0.3 / 47.0;
   options.duration_s = 0.9;
   const laboratory::LabRun lab = laboratory::run_lab(one.scene, options);
@@ -92,50 +84,6 @@ TEST_CASE("What is felt is what both servers in lockstep let a replayed hand fee
     REQUIRE((felt.force_N[i] - lab.rows[i].rendered_N).norm() < 1e-7);
   }
   CHECK(most_N > 0.3);
-}
-
-TEST_CASE("The cheapest candidate that keeps the force is chosen, and a choice repeats",
-          "[chooser]") {
-  const Case one(4.3);
-  const Choice choice = one.choose(), again = one.choose();
-  CHECK(complaint_of(choice).empty());
-  CHECK(choice.watched_s == Approx(0.91).margin(2e-3));
-  CHECK(choice.truth_error_share < 0.01);
-  REQUIRE(choice.records.size() == again.records.size());
-  const choice::Record chosen =
-      *std::ranges::find_if(choice.records, &std::string::empty, &choice::Record::refusal);
-  CHECK(*chosen.error_share <= rendering::kJustNoticeable);
-  bool is_missed = false;
-  for (std::size_t i = 0; i < choice.records.size(); ++i) {
-    const choice::Record& record = choice.records[i];
-    CAPTURE(record.name);
-    REQUIRE(record.error_share);
-    if (choice::kEqualWork * record.work_per_ms < chosen.work_per_ms)
-      CHECK(*record.error_share > rendering::kJustNoticeable);
-    is_missed = is_missed || record.refusal == "misses the error";
-    CHECK(choice::json_line(record) == choice::json_line(again.records[i]));
-  }
-  CHECK(is_missed);
-}
-
-TEST_CASE("A faster ball asks for a higher rate", "[chooser]") {
-  CHECK(rate_of(Case(9.7).choose()) > rate_of(Case(1.3).choose()));
-}
-
-TEST_CASE("Where no candidate keeps its share of a processor the cheapest is taken", "[chooser]") {
-  Case one(4.3);
-  one.scene.processor_share = 1e-9;
-  const Choice choice = one.choose();
-  CHECK(rate_of(choice) == Approx(10.0));
-  CHECK(complaint_of(choice).starts_with("no candidate costs less"));
-}
-
-TEST_CASE("A choice ends with its budget, with what is known by then", "[chooser]") {
-  const Case one(4.3);
-  const Choice choice = one.choose(1.0);
-  CHECK(choice.watched_s < 0.9);
-  CHECK(std::ranges::count(choice.records, "not tried: out of budget", &choice::Record::refusal) >
-        0);
 }
 
 TEST_CASE("Scene files are judged line by line, and a bad one is refused in its record",
@@ -165,7 +113,7 @@ material = "ball"
                                         return text;
                                       }())
                                .string();
-  std::istringstream lines(ball + " predict\n" + ball + " nowhere\n\nmissing.toml hold\n");
+  std::istringstream lines(ball + " hold\n" + ball + " nowhere\n\nmissing.toml hold\n");
   std::ostringstream records;
   try_files(one.scene, lines, records);
   std::istringstream read(records.str());
@@ -190,18 +138,13 @@ TEST_CASE("On its own hand each scene that ships errs by less than is noticed", 
   const scene::SceneDescription scene =
       scene::load_scene(std::string(STILLGRID_SCENES "/") + name + ".toml");
   REQUIRE(scene.hand);
-  const Judge judge(scene, kUnlimitedWork);
+  const Judge judge(scene);
   CHECK(std::ranges::count(judge.truth().run.touches, true) > 250);
   CHECK(judge.truth().error_share < 0.01);
-  const choice::Record record = judge.judge({.record = {}, .scene = scene}).record;
+  const choice::Record record = judge.judge({.record = {}, .scene = scene});
   CHECK(record.refusal.empty());
   REQUIRE(record.error_share);
   CHECK(*record.error_share <= rendering::kJustNoticeable);
-  if (name != "threads") return;
-  scene::SceneDescription predicting = scene;  // steps longer than a tick are predicted
-  predicting.period_s = 2e-3;
-  CHECK(judge.judge({.record = {}, .scene = predicting}).record.work_per_ms >
-        2.0 * record.work_per_ms);
 }
 
 TEST_CASE("A hand is followed evenly from row to row, in the scene's frame", "[chooser]") {

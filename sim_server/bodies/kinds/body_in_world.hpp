@@ -27,7 +27,7 @@ namespace stillgrid::bodies {
 [[nodiscard]] SpringNet spring_net_of(const BodyDescription& body);
 
 /// Appends a body's nodes, springs, rigid body, spheres, field or plane to a world. Its number is
-/// the count of bodies before it. Pre: its material is there; number_unknowns() follows.
+/// the count of bodies before it. Pre: its material is there.
 void add_body(World& world, const BodyDescription& body);
 
 /// The surfaces of a world that was just built from these bodies: of a sheet the grid of its

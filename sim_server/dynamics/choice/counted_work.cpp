@@ -18,7 +18,6 @@ constexpr double kDetection = 6.0, kSphereShown = 2.0;  // of a moving sphere, i
 // Of a linear system: contacts and joints, springs, their products with a vector, what is fixed.
 constexpr double kLinearisedContact = 130.0, kLinearisedSpring = 8.0;
 constexpr double kContactProduct = 9.0, kSpringProduct = 0.85, kImplicitStep = 1000.0;
-constexpr double kSpherePredicted = 9.0;
 
 /// Work of an implicit step, without detection. A joint resists as a contact that touches does.
 double implicit_work(const SceneLoad& load, double iterations, double products, double contacts) {
@@ -26,14 +25,6 @@ double implicit_work(const SceneLoad& load, double iterations, double products, 
   return kImplicitStep +
          iterations * (kLinearisedSpring * load.springs + kLinearisedContact * rest) +
          products * (kSpringProduct * load.springs + kContactProduct * rest);
-}
-
-double prediction_work(const SceneLoad& load, const StepCounts& counts) {
-  if (counts.predicted_iterations == 0.0) return 0.0;
-  return std::min(
-      counts.most_predicted,
-      kSpherePredicted * load.spheres + implicit_work(load, counts.predicted_iterations,
-                                                      counts.predicted_products, counts.contacts));
 }
 
 }  // namespace
@@ -92,7 +83,7 @@ int taken_substeps(const SceneLoad& load, double step_s) {
 }
 
 double work_of(const SceneLoad& load, const scene::Method& method, const StepCounts& counts) {
-  const double shown = kSphereShown * load.spheres + prediction_work(load, counts);
+  const double shown = kSphereShown * load.spheres;
   const double detection = counts.parts * kDetection * load.spheres;
   if (!scene::is_explicit(method.integrator))
     return shown + detection +

@@ -37,14 +37,10 @@ struct StepCounts {
   double iterations = 0.0;  // the solver's, or velocity_verlet's substeps
   double products = 0.0;    // Jacobian times vector
   double contacts = 0.0;    // that touch at the step's end
-  // A prediction is an implicit step of its own. Zero: no prediction.
-  double predicted_iterations = 0.0, predicted_products = 0.0;
-  double most_predicted = 0.0;  // work at which a prediction is cut off
 };
 
-/// Returns the work of a step and its prediction, in evaluations of one spring: each count times
-/// its weight. The weights fit processor times of the shipped scenes. The work is the same on every
-/// machine.
+/// Returns the work of a step, in evaluations of one spring: each count times its weight. The
+/// weights fit processor times of the shipped scenes. The work is the same on every machine.
 [[nodiscard]] double work_of(const SceneLoad& load, const scene::Method& method,
                              const StepCounts& counts);
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/dynamics/forces/trial.hpp"
+#include "sim_server/dynamics/ticks/energy_flow.hpp"
 
 namespace stillgrid::dynamics {
 

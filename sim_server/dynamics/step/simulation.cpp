@@ -50,13 +50,11 @@ Simulation::Simulation(const scene::SceneDescription& scene)
 
 Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world)
     : world_(std::move(world)),
-      detection_(world_, scene.voxel_ratio),
-      snapshot_(world_, detection_),
+      snapshot_(world_, scene.voxel_ratio),
       moving_fields_(snapshot::moving_fields(world_)),
       method_(scene.method),
       ticked_(world_, scene::hands_of(scene), scene.sleeping, engine_method(method_)),
-      prediction_(std::make_unique<Prediction>(scene::is_explicit(method_.integrator))) {
-  for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
+      tools_(scene::hands_of(scene).size()) {
   for (const bodies::RigidBody& body : world_.rigid_bodies) {
     if (body.free) continue;
     swings_ = swings_ || bodies::swings(body);
@@ -92,14 +90,8 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
 
 void Simulation::place_tools(Step& step) {
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    const std::optional<ToolSample> sample =
-        hand < step.take_tools.size() ? step.take_tools[hand]() : std::nullopt;
-    if (sample) {
-      step.report.tools[hand].time_ns = sample->time_ns;
-      tools_[hand].place(*sample);
-    } else {
-      tools_[hand].remove();
-    }
+    tools_[hand] = hand < step.take_tools.size() ? step.take_tools[hand]() : std::nullopt;
+    if (tools_[hand]) step.report.tools[hand].time_ns = tools_[hand]->time_ns;
   }
 }
 
@@ -108,7 +100,7 @@ void Simulation::place_tools(Step& step) {
 Simulation::ToolSamples Simulation::later_samples(const Step& step) const {
   ToolSamples samples;
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    if (!tools_[hand].is_here()) continue;
+    if (!tools_[hand]) continue;
     samples[hand] = step.take_tools[hand]();
     if (samples[hand] && samples[hand]->time_ns <= step.report.tools[hand].time_ns)
       samples[hand].reset();
@@ -118,15 +110,15 @@ Simulation::ToolSamples Simulation::later_samples(const Step& step) const {
 
 void Simulation::redirect(const ToolSamples& samples) {
   for (std::size_t hand = 0; hand < tools_.size(); ++hand)
-    if (samples[hand]) tools_[hand].redirect(*samples[hand]);
+    if (samples[hand]) tools_[hand] = samples[hand];
 }
 
 /// Of the hands that are here.
 std::vector<std::optional<ToolPose>> Simulation::tool_poses() const {
   std::vector<std::optional<ToolPose>> poses(tools_.size());
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    if (!tools_[hand].is_here()) continue;
-    const ToolSample& sample = tools_[hand].sample();
+    if (!tools_[hand]) continue;
+    const ToolSample& sample = *tools_[hand];
     poses[hand] = {sample.position_m, sample.orientation, sample.velocity_m_s};
   }
   return poses;
@@ -188,10 +180,7 @@ void Simulation::note_ticks(const TickedWorld::Report& ticked, StepReport& repor
                   .products = ticked.solve.products,
                   .residual = ticked.solve.residual_m_s};
   if (scene::is_explicit(method_.integrator)) report.solve.iterations = ticked.substeps;
-  if (ticked_.write_sleep(world_)) {
-    still_steps_ = 0;
-    detection_.note_sleep(world_);
-  }
+  if (ticked_.write_sleep(world_)) still_steps_ = 0;
   report.sleeping_spheres = ticked_.sleeping_spheres();
 }
 
@@ -199,8 +188,7 @@ void Simulation::show_ticks(const TickedWorld::Report& ticked) {
   constexpr int kEnough = proto::kHistoryLength;
   still_steps_ = ticked.all_slept && !has_driven_ ? std::min(still_steps_ + 1, kEnough) : 0;
   if (still_steps_ == kEnough) return;  // every snapshot of the history shows the same
-  detection_.move_spheres(world_);
-  snapshot_.show(detection_);
+  snapshot_.show(world_);
   snapshot::show(world_, moving_fields_);
 }
 

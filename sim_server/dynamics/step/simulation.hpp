@@ -5,20 +5,15 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/detection.hpp"
-#include "sim_server/contact/predicted_contacts.hpp"
-#include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/step/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
 #include "sim_server/dynamics/step/energy_watch.hpp"
-#include "sim_server/dynamics/step/predicted_part.hpp"
-#include "sim_server/dynamics/step/prediction.hpp"
-#include "sim_server/dynamics/step/tool_motion.hpp"
+#include "sim_server/dynamics/step/tool_sample.hpp"
 #include "sim_server/dynamics/ticks/ticked_world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/snapshot/moving_fields.hpp"
@@ -30,6 +25,14 @@ namespace stillgrid::dynamics {
 struct ToolReport {
   std::uint64_t time_ns = 0;  // of the latest sample that a step took, 0: none
   double work_J = 0.0;        // that the tool has given the world in all steps up to that one's end
+};
+
+/// How the systems of a step were solved.
+struct SolveReport {
+  bool converged = false;
+  int iterations = 0;
+  long products = 0;      // with a derivative
+  double residual = 0.0;  // m/s, rms over nodes and rigid bodies, in the worst part
 };
 
 /// What one step did and what it cost.
@@ -92,17 +95,6 @@ class Simulation {
     return step(step_s, std::span(&take_tool, 1), budget);
   }
 
-  /// Adds to the snapshot of the last step where the next one of step_s would lead, for one hand,
-  /// in place of what it had for another (docs/algorithms/predict.md): the tools of the others go
-  /// on as they move. The world stays as it is. Nothing is predicted when the budget is spent; of
-  /// more than a thousand spheres what is near the hand's tool (PredictedPart).
-  [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
-                                                             const Budget& budget = {},
-                                                             std::size_t hand = 0);
-
-  /// Counts iterations and products of the last predict_next(). Zero if it solved no system.
-  [[nodiscard]] const SolveReport& prediction_work() const noexcept { return prediction_work_; }
-
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
   void share_work(const WorkSharing& sharing) { ticked_.share_work(sharing); }
 
@@ -135,11 +127,8 @@ class Simulation {
     is_world_changed_ = true;
     return world_;
   }
-  [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }
   /// All moving spheres as they are, ready to publish, and all moving fields.
-  [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept {
-    return detection_.spheres().grid();
-  }
+  [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept { return snapshot_.grid(); }
   [[nodiscard]] std::span<const proto::FieldRecord> field_records() const noexcept {
     return moving_fields_.records();
   }
@@ -165,26 +154,18 @@ class Simulation {
   TickedWorld::Report run_ticks(Step& step);
   void note_ticks(const TickedWorld::Report& ticked, StepReport& report);
   void show_ticks(const TickedWorld::Report& ticked);
-  [[nodiscard]] std::vector<ContactMemory> stretched_contacts() const;
   [[nodiscard]] Energies energies_now() const;
 
   bodies::World world_;
-  contact::Detection detection_;
   snapshot::MovingSnapshot snapshot_;
   publication::MovingFields moving_fields_;
   scene::Method method_;
   TickedWorld ticked_;
-  std::vector<ToolMotion> tools_;                        // by hand
-  std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last
+  std::vector<std::optional<ToolSample>> tools_;  // by hand; none: it is away
   std::optional<EnergyAccount> account_;
   std::optional<EnergyWatch> watch_;
-  EnergyByHand_J tool_work_J_{};  // in all steps
-  std::unique_ptr<Prediction> prediction_;
-  bool swings_ = false;  // something prescribed does
-  PredictedPart predicted_part_;
-  SolveReport prediction_work_;
-  contact::PredictedContacts predicted_contacts_;
-
+  EnergyByHand_J tool_work_J_{};   // in all steps
+  bool swings_ = false;            // something prescribed does
   bool is_world_changed_ = false;  // outside of step()
   bool has_driven_ = false;        // a prescribed motion that leads somewhere
   int still_steps_ = 0;  // in turn that ended with everything sleeping, as far as they count

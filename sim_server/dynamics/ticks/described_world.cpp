@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "sim_server/contact/field_touch.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
 namespace stillgrid::dynamics {
@@ -141,7 +140,8 @@ double rest_speed_m_s(const bodies::World& world, const bodies::BodyRange& body)
   }
   for (const bodies::FieldBody& field : world.fields)
     if (&world.bodies[static_cast<std::size_t>(field.body)] == &body)
-      speed_m_s = std::min(speed_m_s, kRestRadii_s * contact::cell_m(field));
+      speed_m_s = std::min(
+          speed_m_s, kRestRadii_s * double{field.field->shape().brick_m} / proto::kBrickCells);
   return speed_m_s;
 }
 

@@ -137,7 +137,6 @@ bool TickedWorld::write_sleep(bodies::World& world) {
     world.bodies[b].is_sleeping = sleeps;
     if (sleeps) sleeping_spheres_ += world.bodies[b].sphere_count;
   }
-  if (changed) bodies::number_unknowns(world);
   return changed;
 }
 

@@ -6,8 +6,8 @@
 
 #include "shared/dynamics/scene_ticks.hpp"
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/ticks/described_world.hpp"
+#include "sim_server/dynamics/ticks/energy_flow.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid::dynamics {

@@ -37,7 +37,7 @@ int run(const Arguments& arguments) {
     throw std::runtime_error("--device: value '" + arguments.device +
                              "': expected touch, touchx or premium15");
   const scene::SceneDescription scene = scene::load_scene(arguments.scene);
-  if (!scene.hand || scene.choose_rate || scene.choose_method)
+  if (!scene.hand || scene.choose_method)
     throw std::runtime_error(arguments.scene +
                              ": expected a scene with a table [hand], a rate and an integrator");
   const Press press({scene, *transition, arguments.latency_share}, arguments.device);

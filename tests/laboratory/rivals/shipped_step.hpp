@@ -4,10 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 
 namespace stillgrid::laboratory {
@@ -47,8 +45,7 @@ class ShippedSteps {
  private:
   struct Step {
     double step_s = 0.0;
-    bodies::World world;                     // at its end
-    std::vector<contact::Contact> contacts;  // within the scene
+    bodies::World world;  // at its end
   };
   std::array<Step, 4> steps_;  // the last ones, in turn
   std::size_t taken_ = 0;

@@ -49,23 +49,5 @@ TEST_CASE("The left Jacobian does not jump where its series takes over", "[rotat
   CHECK((above - below).norm() < 1e-9);
 }
 
-TEST_CASE("The mean arm of a turn spans its chord, and changes as its derivative says",
-          "[rotation]") {
-  const double angle_rad = GENERATE(0.0, 1e-6, 0.99e-2, 1.01e-2, 0.3, 1.5, 3.0, 5.0);
-  const Eigen::Vector3d vector_rad = angle_rad * kAxis, arm(0.3, -0.9, 0.4);
-  const Eigen::Vector3d chord = rotation_of(vector_rad) * arm - arm;
-  CHECK((vector_rad.cross(left_jacobian(vector_rad) * arm) - chord).norm() < 1e-12);
-
-  constexpr double kStep_rad = 1e-5;
-  const Eigen::Matrix3d derivative = mean_arm_by_turn(vector_rad, arm);
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector3d change_rad = kStep_rad * Eigen::Vector3d::Unit(i);
-    const Eigen::Vector3d slope =
-        (left_jacobian(vector_rad + change_rad) - left_jacobian(vector_rad - change_rad)) * arm /
-        (2.0 * kStep_rad);
-    CHECK((slope - derivative.col(i)).norm() < 1e-8);
-  }
-}
-
 }  // namespace
 }  // namespace stillgrid::bodies::rotation_test

@@ -49,25 +49,17 @@ TEST_CASE("A thread of n nodes has n - 1 springs, and n - 2 more against bending
   CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 17);
 }
 
-TEST_CASE("A pinned node neither moves nor counts among the unknowns", "[world]") {
+TEST_CASE("A pinned node does not move", "[world]") {
   const World world = scene::build_world(sim_server::scene_of({sim_server::moving(
       sim_server::thread(4, {0, 0, 0}, {0.3, 0, 0}, 0.1, 10.0, {0, 2}), {1, 2, 3})}));
 
-  CHECK(world.unknown_count == 6);
   for (const std::size_t pinned : {0U, 2U}) {
-    CHECK(world.nodes[pinned].unknown == kNoUnknown);
+    CHECK(world.nodes[pinned].pinned);
     CHECK(world.nodes[pinned].velocity_m_s.isZero(0.0));
   }
-  CHECK(world.nodes[1].unknown == 0);
-  CHECK(world.nodes[3].unknown == 3);
+  CHECK_FALSE(world.nodes[1].pinned);
+  CHECK_FALSE(world.nodes[3].pinned);
   CHECK(world.nodes[3].velocity_m_s == Eigen::Vector3d(1, 2, 3));
-}
-
-TEST_CASE("A body pinned at every node has no unknown", "[world]") {
-  BodyDescription body = sim_server::sheet({2, 2}, 0.1, 0.1, 10.0);
-  sim_server::springs(body).pinned_nodes = {0, 1, 2, 3};
-
-  CHECK(scene::build_world(sim_server::scene_of({body})).unknown_count == 0);
 }
 
 TEST_CASE("A spinning sheet or thread starts as a rigid body would", "[world]") {
@@ -102,7 +94,6 @@ TEST_CASE("Box and ball have the inertia of the textbook", "[world]") {
 
   CHECK((world.rigid_bodies[0].inertia_kg_m2 - Eigen::Vector3d(13, 10, 5)).norm() < 1e-14);
   CHECK((world.rigid_bodies[1].inertia_kg_m2 - Eigen::Vector3d(1, 1, 1)).norm() < 1e-14);
-  CHECK(world.unknown_count == 12);
 }
 
 TEST_CASE("What is static is static spheres and planes, nothing to solve", "[world]") {
@@ -113,7 +104,6 @@ TEST_CASE("What is static is static spheres and planes, nothing to solve", "[wor
   const World world =
       scene::build_world(sim_server::scene_of({sim_server::floor_at(-0.25), wall, net}));
 
-  CHECK(world.unknown_count == 0);
   CHECK(world.nodes.empty());
   CHECK(world.rigid_bodies.empty());
   CHECK(world.spheres.empty());
@@ -175,7 +165,7 @@ TEST_CASE("A soft solid has a node at each corner of its lattice and a spring fo
 
   REQUIRE(world.nodes.size() == 12);
   CHECK(world.nodes[2].position_m.isApprox(Eigen::Vector3d(1.05, 2.1, 2.95)));  // turned corner
-  CHECK(world.nodes[0].unknown == kNoUnknown);
+  CHECK(world.nodes[0].pinned);
   CHECK(world.nodes[0].velocity_m_s.isZero(0.0));
   CHECK(world.nodes[1].velocity_m_s == Eigen::Vector3d(0, 0, 1));
   CHECK(world.nodes[1].mass_kg == Approx(0.01));
@@ -219,33 +209,6 @@ TEST_CASE("Energy counts motion, spin, height and stretch of what is free", "[wo
   const double stretch_m = std::sqrt(5.0) - 1.0;
   CHECK(mechanical_energy_J(world) ==
         Approx(6.0 + 0.5 * 5.0 * 4.0 + 240.0 + 5.0 + 4.0 * stretch_m * stretch_m));
-}
-
-TEST_CASE("A prescribed body's range holds its way, and no more of a sine", "[world]") {
-  RigidBody body;
-  const bool swings = GENERATE(true, false);
-  if (swings)
-    body.prescribed = {
-        .direction = Eigen::Vector3d::UnitY(), .amplitude_m = 0.04, .frequency_hz = 3.7};
-  else
-    body.prescribed = {.velocity_m_s = {0.0, -0.7, 0.0}};
-  for (int i = 0; i < 400; ++i) {
-    const double from_s = 0.0137 * i, to_s = from_s + 0.001 * (i % 37) * (i % 11);
-    const PrescribedRange range = prescribed_range(body, from_s, to_s);
-    const auto [range_least_m, range_most_m] = std::minmax({range.from_m.y(), range.to_m.y()});
-    const double start_m = prescribed_state(body, from_s).position_m.y();
-    double least_m = 0.0, most_m = 0.0;
-    for (int k = 0; k <= 500; ++k) {
-      const double time_s = from_s + (to_s - from_s) * k / 500.0;
-      const double moved_m = prescribed_state(body, time_s).position_m.y() - start_m;
-      least_m = std::min(least_m, moved_m);
-      most_m = std::max(most_m, moved_m);
-    }
-    CHECK(range_least_m <= least_m + 1e-15);
-    CHECK(range_most_m >= most_m - 1e-15);
-    CHECK(range_least_m == Approx(least_m).margin(2e-5));
-    CHECK(range_most_m == Approx(most_m).margin(2e-5));
-  }
 }
 
 }  // namespace

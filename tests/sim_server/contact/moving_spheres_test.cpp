@@ -6,8 +6,6 @@
 #include <random>
 
 #include "shared/collision/grid_query.hpp"
-#include "shared/collision/sphere_history.hpp"
-#include "sim_server/snapshot/moving_snapshot.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/every_target.hpp"
@@ -16,13 +14,6 @@ namespace stillgrid::contact::moving_spheres_test {
 namespace {
 
 constexpr float kAutomatic = 0.0F;
-
-std::vector<proto::SphereState> states_of(std::span<const collision::SweptBound> balls) {
-  std::vector<proto::SphereState> snapshots;
-  for (const collision::SweptBound& ball : balls)
-    snapshots.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
-  return snapshots;
-}
 
 void check_pairs(MovingSpheres& spheres, const DriftingCloud& cloud) {
   const auto found = ascending(spheres.find(cloud.balls()));
@@ -169,61 +160,6 @@ TEST_CASE("Few spheres that are entered before the first step obey the filter to
     CHECK(unfiltered.find(balls).size() == count * (count - 1) / 2);
 }
 
-TEST_CASE("A query is not cut short because one sphere far from it was fast", "[moving_spheres]") {
-  constexpr std::size_t kCount = 20'000;
-  constexpr std::uint32_t kMaxVisits = 8192;
-  std::mt19937_64 random(4);
-  std::uniform_real_distribution<float> place(-0.4F, 0.4F);
-  std::vector<collision::SweptBound> balls(kCount);
-  for (collision::SweptBound& ball : balls)
-    ball = {{place(random), place(random), place(random)}, 0.005F};
-  balls[0].centre_m = {-1.5F, 0.0F, 0.0F};
-  MovingSpheres moving(kCount, kAutomatic);
-  for (proto::SphereRecord& record : moving.grid().records()) record.radius_m = 0.005F;
-  snapshot::MovingSnapshot snapshot;
-  const collision::SweptBound probe = collision::bound_sphere({0.1, 0.1, 0.1}, 0.01);
-  for (int step = 0; step < 12; ++step) {
-    (void)moving.find(balls);
-    snapshot.show(states_of(balls), moving);
-    CHECK_FALSE(collision::for_each_candidate(moving.grid().view(), probe, kMaxVisits,
-                                              [](std::uint32_t) {}));
-    if (step < 6) balls[0].centre_m[0] += 0.3F;  // then it stands still
-    for (std::size_t i = 1; i < kCount; ++i) balls[i].centre_m[1] += 0.0002F;
-  }
-}
-
-TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving_spheres]") {
-  const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed, Drift::kTeleport);
-  DriftingCloud spheres(GENERATE(Cloud::kEqual, Cloud::kTwoDecades), drift, 300, 9);
-  MovingSpheres moving(300, kAutomatic);
-  for (std::size_t i = 0; i < 300; ++i)
-    moving.grid().records()[i].radius_m = spheres.balls()[i].bounding_radius_m;
-  snapshot::MovingSnapshot snapshot;
-  moving.enter(spheres.balls());
-  snapshot.show(states_of(spheres.balls()), moving);
-  for (int step = 0; step < 40; ++step) {
-    if (step % 5 != 0) (void)moving.find(spheres.balls());
-    spheres.step();
-    snapshot.show(states_of(spheres.balls()), moving);
-
-    const collision::VoxelGrid& grid = moving.grid();
-    REQUIRE(collision::is_consistent(grid.view().shape, grid.layout()));
-    for (std::size_t i = 0; i < 300; ++i) {
-      const proto::SphereRecord& record = grid.records()[i];
-      const collision::SweptBound& swept_bound = grid.swept_bound(i);
-      for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
-        const Eigen::Vector3d apart_m =
-            Eigen::Map<const Eigen::Vector3f>(collision::position_m(record, age).data())
-                .cast<double>() -
-            Eigen::Map<const Eigen::Vector3f>(swept_bound.centre_m.data()).cast<double>();
-        if (!(apart_m.norm() + double{record.radius_m} <= double{swept_bound.bounding_radius_m}))
-          FAIL("sphere " << i << " at step " << step);
-      }
-    }
-    CHECK(grid.records()[0].newest.position_m == spheres.balls()[0].centre_m);
-  }
-}
-
 TEST_CASE("Nothing is allocated once the lists have their length", "[moving_spheres]") {
   if (!devices::allocation_count()) {
     WARN("skipped: only the address sanitizer counts allocations");
@@ -231,15 +167,10 @@ TEST_CASE("Nothing is allocated once the lists have their length", "[moving_sphe
   }
   DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
   MovingSpheres moving(3000, kAutomatic);
-  snapshot::MovingSnapshot snapshot;
-  std::vector<proto::SphereState> snapshots = states_of(spheres.balls());
   std::uint64_t allocated = 0;
   for (int step = 0; step < 200; ++step, spheres.step()) {
-    for (std::size_t i = 0; i < snapshots.size(); ++i)
-      snapshots[i].position_m = spheres.balls()[i].centre_m;
     const std::uint64_t before = *devices::allocation_count();
     (void)moving.find(spheres.balls());
-    snapshot.show(snapshots, moving);
     if (step >= 100) allocated += *devices::allocation_count() - before;
   }
   CHECK(allocated == 0);

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/step/budget.hpp"
 
 #include <catch2/catch.hpp>
 #include <chrono>

@@ -91,19 +91,6 @@ TEST_CASE("Work grows with substeps, springs and contacts, and the default step 
   CHECK(work_of(load, verlet, {.iterations = 1.0, .contacts = 3.0}) >
         work_of(load, verlet, {.iterations = 1.0}) + 100.0);
 
-  // A prediction costs, but at most its budget.
-  const double alone = work_of(load, verlet, {.iterations = 1.0});
-  const auto predicted = [&](double products, double most) {
-    return work_of(load, verlet,
-                   {.iterations = 1.0,
-                    .predicted_iterations = 2.0,
-                    .predicted_products = products,
-                    .most_predicted = most}) -
-           alone;
-  };
-  CHECK(predicted(90.0, 1e9) > predicted(30.0, 1e9) + 60.0);
-  CHECK(predicted(90.0, 70.0) == Approx(70.0));
-
   light.names_step = false;
   settle_step(light, scene::build_world(light));
   CHECK(light.period_s == 1e-3);

@@ -14,6 +14,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/dynamics/ticks/described_world.hpp"
 #include "sim_server/scene/build_world.hpp"
+#include "tests/sim_server/dynamics/spring_matrix.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -121,29 +122,9 @@ TEST_CASE("A state that is not finite ends the run", "[energy_watch]") {
   CHECK(simulation.world().rigid_bodies[0].position_m.allFinite());
 }
 
-/// The largest eigenvalue of M^-1 K where the world is, without what compressed springs soften.
 double stiffest_per_s2(const bodies::World& world) {
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(world.unknown_count, world.unknown_count);
-  for (const bodies::Spring& spring : world.springs) {
-    const bodies::Node& a = world.nodes[static_cast<std::size_t>(spring.a)];
-    const bodies::Node& b = world.nodes[static_cast<std::size_t>(spring.b)];
-    const Eigen::Vector3d line_m = b.position_m - a.position_m;
-    const Eigen::Vector3d n = line_m.normalized();
-    const double k = spring.stiffness_N_per_m;
-    const double across = std::max(0.0, k * (1.0 - spring.rest_length_m / line_m.norm()));
-    const Eigen::Matrix3d block =
-        (k - across) * n * n.transpose() + across * Eigen::Matrix3d::Identity();
-    const auto add = [&](const bodies::Node& row, const bodies::Node& column, double sign) {
-      if (row.unknown == bodies::kNoUnknown || column.unknown == bodies::kNoUnknown) return;
-      matrix.block<3, 3>(row.unknown, column.unknown) +=
-          sign / std::sqrt(row.mass_kg * column.mass_kg) * block;
-    };
-    add(a, a, 1.0);
-    add(b, b, 1.0);
-    add(a, b, -1.0);
-    add(b, a, -1.0);
-  }
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly)
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(spring_matrix_per_s2(world),
+                                                        Eigen::EigenvaluesOnly)
       .eigenvalues()
       .maxCoeff();
 }

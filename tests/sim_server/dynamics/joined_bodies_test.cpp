@@ -1,4 +1,4 @@
-// What joints are for the rest of a simulation: building, sleep, contacts, what is predicted.
+// What joints are for the rest of a simulation: building, sleep, contacts.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -190,17 +190,5 @@ TEST_CASE("A weld keeps the angle of its bodies, and a hinge that about two axes
   CHECK((std::abs(turned_rad.y()) < 0.02) == (points == 3));
 }
 
-TEST_CASE("Between nodes a damper makes no torque, and there is none at their meeting",
-          "[joints]") {
-  const bodies::Joint joint{.a = {.node = 0}, .b = {.node = 1}, .damping_N_s_per_m = 2.0};
-  for (const double length_m : {1e-2, 1e-5, 1e-9, 0.0}) {
-    const bodies::EndMotion a{.centre_m = length_m * Eigen::Vector3d(0.6, 0.0, 0.8),
-                              .velocity_m_s = {0.3, -0.2, 0.1}};
-    const bodies::JointPull pull = bodies::joint_pull(joint, a, {});
-    CHECK(pull.line_m.cross(pull.damper_N).norm() <= 1e-15 * length_m);
-    CHECK(pull.damper_N.dot(pull.velocity_m_s) <= 0.0);
-  }
-}
-
 }  // namespace
 }  // namespace stillgrid::dynamics::joints_test

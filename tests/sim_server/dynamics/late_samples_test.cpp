@@ -32,7 +32,7 @@ class Offers {
 };
 
 StepReport step_with(Simulation& simulation, std::vector<ToolSample> samples) {
-  return simulation.step(kStep_s, Offers(std::move(samples)), {.iterations = 1000});
+  return simulation.step(kStep_s, Offers(std::move(samples)));
 }
 
 /// A free ball before the tool, on the x axis, with damper and friction.

@@ -1,4 +1,4 @@
-// Who looks on changes nothing: predictions, accounts, snapshots.
+// Who looks on changes nothing: accounts, snapshots.
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -34,7 +34,7 @@ std::vector<double> state_of(const bodies::World& world) {
 }
 
 struct Looks {
-  bool predicts = true, accounts = true, publishes = true;
+  bool accounts = true, publishes = true;
 };
 
 /// What looking on leaves of two runs of a scene side by side.
@@ -69,12 +69,10 @@ Seen look_on(const scene::SceneDescription& scene, int steps, Looks looks = {}) 
     const StepReport other = alone.step(scene.period_s, tool);
     CHECK(report.tools[0].work_J == other.tools[0].work_J);
     seen.most_contacts = std::max(seen.most_contacts, report.contacts);
-    publication::SnapshotPrediction prediction;
-    if (looks.predicts) prediction = watched.predict_next(scene.period_s);
     if (looks.accounts && i % 5 == 0) (void)watched.energy_account();
     const std::uint64_t now_ns = 1000 * static_cast<std::uint64_t>(i + 1);
     if (writer)
-      writer->publish(watched.snapshot(), {.state_ns = now_ns, .publish_ns = now_ns}, prediction,
+      writer->publish(watched.snapshot(), {.state_ns = now_ns, .publish_ns = now_ns}, {},
                       watched.field_records());
     if (state_of(watched.world()) == state_of(alone.world())) continue;
     seen.first_change = i;
@@ -110,7 +108,7 @@ scene::SceneDescription heap(unsigned seed, const scene::IntegratorKind& integra
   return scene;
 }
 
-TEST_CASE("Predicting, accounting and publishing change no byte of how a heap moves", "[purity]") {
+TEST_CASE("Accounting and publishing change no byte of how a heap moves", "[purity]") {
   const auto integrator =
       GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kImplicitEuler);
   const bool is_explicit = scene::is_explicit(integrator);
@@ -122,22 +120,7 @@ TEST_CASE("Predicting, accounting and publishing change no byte of how a heap mo
   }
 }
 
-TEST_CASE("Predicting a part of a large scene changes no byte of how it moves", "[purity]") {
-  scene::SceneDescription scene = heap(9, scene::IntegratorKind::kVelocityVerlet);
-  std::mt19937 random(9);
-  std::uniform_real_distribution<double> aside(-0.001, 0.001);
-  for (int i = 0; i < 1200; ++i)
-    scene.bodies.push_back(
-        sim_server::sphere({0.15 + 0.017 * (i % 20) + aside(random),
-                            0.017 * (i / 20 % 20) + aside(random), 0.01 + 0.0185 * (i / 400)},
-                           0.009, 0.02));
-  const Seen seen = look_on(scene, 20);
-  CHECK(seen.first_change == -1);
-  CHECK(seen.most_contacts >= 400);
-}
-
-TEST_CASE("Predicting, accounting and publishing change no byte of the scenes that ship",
-          "[purity]") {
+TEST_CASE("Accounting and publishing change no byte of the scenes that ship", "[purity]") {
   const std::string name = GENERATE("tissue_and_blocks", "threads", "organ", "laparoscopy");
   const auto integrator =
       GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kImplicitEuler);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"

@@ -1,8 +1,6 @@
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim_server/dynamics/step/energy_account.hpp"
@@ -86,65 +84,8 @@ TEST_CASE("A hand that is the only one feels the same whether it has a name or n
     const double x_m = -0.0195 + 2e-4 * i;
     step(one, {tool_at(one, x_m, 0.02)});
     step(other, {tool_at(other, x_m, 0.02)});
-    const auto a = one.predict_next(kStep_s), b = other.predict_next(kStep_s);
     CHECK(ball_x_m(one) == ball_x_m(other));
-    REQUIRE(a.modes.size() == b.modes.size());
-    CHECK(one.snapshot().records()[0].predicted_velocity_m_s ==
-          other.snapshot().records()[0].predicted_velocity_m_s);
   }
-}
-
-TEST_CASE("A prediction for a hand holds its own force, and lets the other's tool go on",
-          "[two_hands]") {
-  constexpr double kSpeed_m_s = 0.1;
-  Simulation simulation(held_ball(2));
-  step(simulation, {nobody(), tool_at(simulation, 0.0195, -kSpeed_m_s)});
-  const auto of = [&](std::size_t hand) {
-    const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s, {}, hand);
-    const proto::SphereRecord& ball = simulation.snapshot().records()[0];
-    CHECK((ball.response != 0) == !prediction.modes.empty());
-    return std::pair(double{ball.predicted_velocity_m_s[0]}, prediction.modes.size());
-  };
-  const auto [pressed_on_m_s, modes_of_absent] = of(0);
-  const auto [held_m_s, modes_of_pressing] = of(1);
-  CHECK(modes_of_absent == 0);
-  CHECK(modes_of_pressing > 0);
-  // The hand that presses is told what its force of now does; the other that it goes on pressing.
-  CHECK(held_m_s < 0.0);
-  CHECK(pressed_on_m_s < held_m_s);
-
-  step(simulation, {nobody(), tool_at(simulation, 0.0195 - kSpeed_m_s * kStep_s, -kSpeed_m_s)});
-  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() ==
-        Approx(pressed_on_m_s).epsilon(0.02));
-}
-
-TEST_CASE("Where nothing is predicted for a hand, its snapshot has nothing of another's",
-          "[two_hands]") {
-  Simulation simulation(held_ball(2));
-  step(simulation, {tool_at(simulation, -0.0195), tool_at(simulation, 0.0191)});
-  REQUIRE_FALSE(simulation.predict_next(kStep_s, {}, 0).modes.empty());
-  const proto::SphereRecord& ball = simulation.snapshot().records()[0];
-  REQUIRE(ball.response != 0);
-  Budget late;
-  late.end_within(0);
-  CHECK(simulation.predict_next(kStep_s, late, 1).modes.empty());
-  CHECK(ball.response == 0);
-  CHECK(ball.predicted_velocity_m_s == ball.newest.velocity_m_s);
-}
-
-TEST_CASE("Asking for the prediction of one hand changes nothing of another's", "[two_hands]") {
-  const auto predicted = [](bool asks_both) {
-    Simulation simulation(held_ball(2));
-    std::vector<std::array<float, 3>> seen;
-    for (int i = 0; i < 10; ++i) {
-      step(simulation, {tool_at(simulation, -0.0195), tool_at(simulation, 0.0191)});
-      if (asks_both) (void)simulation.predict_next(kStep_s, {}, 0);
-      (void)simulation.predict_next(kStep_s, {}, 1);
-      seen.push_back(simulation.snapshot().records()[0].predicted_velocity_m_s);
-    }
-    return seen;
-  };
-  CHECK(predicted(true) == predicted(false));
 }
 
 }  // namespace stillgrid::dynamics::two_hands_test

@@ -77,17 +77,13 @@ TEST_CASE("A rate is the inverse of a period", "[scene_file]") {
   CHECK(scene_of("format = 2\nsimulation.period_s = 0.033\n").period_s == 0.033);
 }
 
-TEST_CASE("A rate may be left to choose for a hand", "[scene_file]") {
-  const std::string hand = "[hand]\nfile = 'sub/press.csv'\nsettle_s = 1.5\n";
-  const SceneDescription scene = scene_of(
-      "format = 2\nsimulation.rate_hz = 'auto'\nsimulation.processor_share = 0.07\n" + hand);
-  CHECK(scene.choose_rate);
-  CHECK(scene.processor_share == 0.07);
+TEST_CASE("A hand is read with the time to rest before it", "[scene_file]") {
+  const SceneDescription scene =
+      scene_of("format = 2\n[hand]\nfile = 'sub/press.csv'\nsettle_s = 1.5\n");
   REQUIRE(scene.hand);
   CHECK(scene.hand->file.filename() == "press.csv");
   CHECK(scene.hand->file.parent_path().filename() == "sub");
   CHECK(scene.hand->settle_s == 1.5);
-  CHECK_FALSE(scene_of("format = 2\nsimulation.rate_hz = 33\n" + hand).choose_rate);
   CHECK_FALSE(scene_of("format = 2\n").hand);
 }
 

@@ -4,28 +4,21 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/forces/implicit_stage.hpp"
-#include "tests/sim_server/dynamics/dense_jacobian.hpp"
+#include "tests/sim_server/dynamics/spring_matrix.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics::chain_test {
 namespace {
 
-/// Eigenfrequencies at rest, ascending, from the Jacobian M + h^2 K of a step of one second.
+/// Eigenfrequencies at rest, ascending.
 Eigen::VectorXd frequencies_rad_s(const bodies::BodyDescription& body) {
   const bodies::World world = scene::build_world(sim_server::scene_of({body}));
-  MechanicalSystem system(world, {});
-  ImplicitStage step(system, 1.0);
-  Eigen::VectorXd u = Eigen::VectorXd::Zero(world.unknown_count), residual(u.size());
-  step.residual(u, residual);
-  Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(u.size(), u.size());
-  for (const bodies::Node& node : world.nodes)
-    if (node.unknown != bodies::kNoUnknown)
-      mass.diagonal().segment<3>(node.unknown).setConstant(node.mass_kg);
-  const Eigen::MatrixXd stiffness = dense_jacobian(step, JacobianKind::kExact) - mass;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(spring_matrix_per_s2(world),
+                                                        Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .cwiseMax(0.0)
+      .cwiseSqrt();
 }
 
 /// Frequencies above a thousandth of the highest: the others are zero but for rounding.

@@ -10,14 +10,12 @@
 
 namespace stillgrid::dynamics {
 
-/// Limits the iterations and the time of a step. The time is the processor time of the thread that
+/// Limits the time of a step. The time is the processor time of the thread that
 /// makes the budget. Other programs make a step late; they never cut it short. A lockstep budget
 /// has no deadline, so that only counts decide.
 struct Budget {
   static constexpr std::uint64_t kNone_ns = std::numeric_limits<std::uint64_t>::max();
 
-  int iterations =
-      std::numeric_limits<int>::max();      // most of a nonlinear solver, which counts them down
   const std::atomic<bool>* stop = nullptr;  // true: the step ends at once
   std::uint64_t deadline_ns = kNone_ns;     // a time of the clock
   clockid_t clock = realtime::clock_of_this_thread();
@@ -36,7 +34,6 @@ struct Budget {
     return is_stopped() ||
            (has_deadline() && realtime::monotonic_ns() >= earliest_ns && now_ns() >= deadline_ns);
   }
-  [[nodiscard]] bool spent() const { return iterations <= 0 || is_late(); }
 };
 
 }  // namespace stillgrid::dynamics
