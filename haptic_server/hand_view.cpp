@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <exception>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -11,6 +13,13 @@ namespace stillgrid::haptic_server {
 
 HandView::HandView(publication::SegmentReader&& of_scene) : SceneView(std::move(of_scene)) {
   if (model().empty()) return;
+  try {
+    local_ = std::make_unique<rendering::LocalCopy>(*this);
+  } catch (const std::exception& error) {
+    spdlog::warn("{}: its model is refused: {}; its snapshots are shown", scene().name.data(),
+                 error.what());
+    return;
+  }
   const std::string session(publication::session_of(reader().session()));
   watches_.resize(scene().hand_count);
   tools_.resize(watches_.size());

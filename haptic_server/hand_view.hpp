@@ -8,13 +8,14 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/segment_watch.hpp"
 #include "shared/publication/tool_segment.hpp"
+#include "shared/rendering/local_copy.hpp"
 
 namespace stillgrid::haptic_server {
 
 using ToolWatch = publication::SegmentWatch<publication::ToolView>;
 
-/// A hand's scene, and the tools of the session's other hands as they come and go. A scene without
-/// a model has no such tools here.
+/// A hand's scene, its local copy, and the tools of the session's other hands as they come and go.
+/// A scene without a model has neither copy nor such tools here.
 class HandView : public publication::SceneView {
  public:
   /// In real time threads of its own look for the tools. Throws as SceneView.
@@ -24,12 +25,16 @@ class HandView : public publication::SceneView {
   /// Thread: the one that ticks. Realtime: wait-free.
   [[nodiscard]] std::span<const publication::ToolView* const> look_at_tools() const noexcept;
 
+  /// The scene's copy; null: it has none, or its model was refused. Thread: the one that ticks.
+  [[nodiscard]] rendering::LocalCopy* local() const noexcept { return local_.get(); }
+
   /// Returns a watch for each hand; null: the own one. A lockstep run polls them itself.
   [[nodiscard]] std::span<const std::unique_ptr<ToolWatch>> watches() const noexcept {
     return watches_;
   }
 
  private:
+  std::unique_ptr<rendering::LocalCopy> local_;
   std::vector<std::unique_ptr<ToolWatch>> watches_;          // one a hand
   mutable std::vector<const publication::ToolView*> tools_;  // the last look at them
 };

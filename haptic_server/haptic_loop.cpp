@@ -145,16 +145,18 @@ void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
 }
 
 rendering::Renderer& HapticLoop::renderer_of(const publication::SceneView& scene) noexcept {
-  if (hold_renderer_ != nullptr && scene.header().period_ns <= period_ns_) return *hold_renderer_;
-  const bool predicts = scene.scene().predicts != 0;
-  return without_prediction_ != nullptr && !predicts ? *without_prediction_ : *renderer_;
+  const bool is_held =
+      hold_renderer_ != nullptr &&
+      rendering::default_transition(scene, period_ns_) == display::Transition::kHold;
+  return is_held ? *hold_renderer_ : *renderer_;
 }
 
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         std::uint64_t now_ns, recording::TickRow& row,
-                        std::span<const publication::ToolView* const> other_tools) noexcept {
+                        std::span<const publication::ToolView* const> other_tools,
+                        rendering::LocalCopy* local) noexcept {
   const realtime::FlushDenormals flush;
-  rendered_ = has_pose_ ? renderer_of(scene).render(scene, pose_, now_ns, other_tools)
+  rendered_ = has_pose_ ? renderer_of(scene).render(scene, pose_, now_ns, other_tools, local)
                         : rendering::RenderedTick{};
   if (rendered_.contended) flags_ |= safety::kFlagContended;
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;

@@ -36,18 +36,15 @@ class HapticLoop {
   /// time there is none: a tick takes no time.
   using Clock = std::uint64_t (*)();
 
-  /// without_prediction: renders in place of `renderer` where a scene predicts nothing; or none.
-  ///
-  /// Uses held, unless it is null, if a scene's snapshots last for one tick or less.
+  /// held: renders in place of `renderer` where a scene has no model, and its snapshots last for
+  /// one tick or less; or none.
   HapticLoop(device::Device& device, publication::ToolWriter& tool,
              std::unique_ptr<rendering::Renderer> renderer, const safety::SafetyLimits& limits,
              std::uint64_t period_ns, Clock clock = nullptr,
-             std::unique_ptr<rendering::Renderer> without_prediction = nullptr,
              std::unique_ptr<rendering::Renderer> held = nullptr)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
-        without_prediction_(std::move(without_prediction)),
         hold_renderer_(std::move(held)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
@@ -63,12 +60,12 @@ class HapticLoop {
   [[nodiscard]] TickEnd sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   /// Renders the force, guards it, gives it to the device, and counts. row: of this tick, for a
-  /// record; its tick_ns is the caller's to fill in before count(). other_tools: as
+  /// record; its tick_ns is the caller's to fill in before count(). other_tools, local: as
   /// Renderer::render().
-  [[nodiscard]] TickEnd act(
-      const publication::SceneView& scene, bool writer_alive, std::uint64_t now_ns,
-      recording::TickRow& row,
-      std::span<const publication::ToolView* const> other_tools = {}) noexcept;
+  [[nodiscard]] TickEnd act(const publication::SceneView& scene, bool writer_alive,
+                            std::uint64_t now_ns, recording::TickRow& row,
+                            std::span<const publication::ToolView* const> other_tools = {},
+                            rendering::LocalCopy* local = nullptr) noexcept;
 
   /// Tells readers of the tool what the tick of the last act() took. In lockstep nothing is told.
   void note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency_ns,
@@ -121,8 +118,7 @@ class HapticLoop {
   device::Device& device_;
   publication::ToolWriter& tool_;
   std::unique_ptr<rendering::Renderer> renderer_;
-  std::unique_ptr<rendering::Renderer> without_prediction_;  // none: renderer_ for all scenes
-  std::unique_ptr<rendering::Renderer> hold_renderer_;       // likewise
+  std::unique_ptr<rendering::Renderer> hold_renderer_;  // none: renderer_ for all scenes
   [[nodiscard]] rendering::Renderer& renderer_of(const publication::SceneView& scene) noexcept;
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;

@@ -89,7 +89,7 @@ TickEnd tick_in_lockstep(Run& run, const HandView& scene) {
     if (!run.options.duration_s && now_ns >= end_of_simulation_ns(scene)) break;
     if (!wait_for_tools(run, scene, now_ns)) break;
     run.watchdog.watch_call();
-    end = run.loop.act(scene, true, now_ns, row, scene.look_at_tools());
+    end = run.loop.act(scene, true, now_ns, row, scene.look_at_tools(), scene.local());
     run.watchdog.rest();
     if (run.recorder != nullptr) run.recorder->note_scene(scene);  // before it may go on
     double_buffer::HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,

@@ -113,8 +113,8 @@ bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake) {
     const HandView& scene = *run_.watch.acquire(run_.loop.may_switch_scene());
     end_ = run_.loop.sense(scene, wake.now_ns);
     if (end_ == TickEnd::kGoOn) {
-      end_ =
-          run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_, scene.look_at_tools());
+      end_ = run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_,
+                           scene.look_at_tools(), scene.local());
       row_.tick_ns = realtime::monotonic_ns() - wake.now_ns;
       run_.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
       run_.report.wake_ns.record(wake.now_ns - wake.deadline_ns);

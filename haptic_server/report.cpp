@@ -85,11 +85,10 @@ void count_tick(HapticReport& report, const recording::TickRow& row,
   report.energy_J += previous_N.dot(moved_m);
   report.slew_uN_per_ms.record(to_micro((row.force_N - previous_N).norm() / (tick_s * 1e3)));
   if (rendered.switch_jump_N) report.switch_jump_uN.record(to_micro(*rendered.switch_jump_N));
-  if (rendered.prediction_error) {
-    report.prediction_error_uN.record(to_micro(rendered.prediction_error->force_N));
-    report.prediction_error_nm.record(to_micro(1e3 * rendered.prediction_error->distance_m));
-  }
-  if (row.contacts > 0) report.unsolved_uN.record(to_micro(rendered.unsolved_N));
+  report.local += rendered.is_local ? 1 : 0;
+  report.swaps += rendered.is_swap ? 1 : 0;
+  if (rendered.is_local)
+    report.local_ticks.record(static_cast<std::uint64_t>(rendered.local_ticks));
   if (rendered.snapshot_id != 0) {
     report.plateau_ticks += rendered.weights.is_waiting ? 1 : 0;
     report.age_ns.record(static_cast<std::uint64_t>(rendered.age_s * 1e9));
@@ -120,9 +119,10 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"force_N", {{"mean", report.force_sum_N / ticks}, {"max", report.force_max_N}}},
       {"slew_N_per_ms", reading::histogram_json(report.slew_uN_per_ms, kMicro)},
       {"switch_jump_N", reading::histogram_json(report.switch_jump_uN, kMicro)},
-      {"prediction_error_N", reading::histogram_json(report.prediction_error_uN, kMicro)},
-      {"prediction_error_m", reading::histogram_json(report.prediction_error_nm, 1e-9)},
-      {"unsolved_N", reading::histogram_json(report.unsolved_uN, kMicro)},
+      {"local",
+       {{"ticks", report.local},
+        {"swaps", report.swaps},
+        {"simulated_ticks", reading::histogram_json(report.local_ticks, 1.0)}}},
       {"plateau_share", static_cast<double>(report.plateau_ticks) / ticks},
       {"energy_J", report.energy_J},
       {"energy",

@@ -30,10 +30,10 @@ struct HapticReport {
   bool measures_time = false;  // lockstep has no wall time to report
 
   std::uint64_t ticks = 0, missed_ticks = 0, contact_ticks = 0, plateau_ticks = 0;
+  std::uint64_t local = 0, swaps = 0;  // ticks that were local, and copies that were replaced
   std::uint64_t snapshots = 0, contended = 0, lost_rows = 0;
   std::array<std::uint64_t, safety::kSafetyFlagNames.size()> flags{};
-  realtime::Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN, prediction_error_uN,
-      prediction_error_nm, unsolved_uN;
+  realtime::Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN, local_ticks;
   safety::HandEnergy energy;
   std::optional<safety::InterfaceEnergy> interface;  // of the last scene; none: not known
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;

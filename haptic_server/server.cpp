@@ -230,15 +230,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   report.scene = scene->scene().name.data();
 
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
-  const display::Transition asked = options.transition.value_or(display::Transition::kPredict);
-  const bool gives_way = display::law_of(asked).gives_way;
-  display::Transition shown =
+  const display::Transition shown =
       options.transition.value_or(rendering::default_transition(*scene, period_ns));
-  if (display::law_of(shown).gives_way && scene->scene().predicts == 0) {
-    shown = rendering::kWithoutPrediction;
-    spdlog::info("scene '{}' predicts nothing: --transition {} in place of {}", report.scene,
-                 display::name_of(shown), display::name_of(asked));
-  }
   report.transition = display::name_of(shown);
   if (!options.record.empty())
     recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
@@ -248,9 +241,9 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
                                options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
   tell_undeclared_torque(device.descriptor(), limits);
   const auto loop = std::make_unique<HapticLoop>(
-      device, tool, rendering::make_renderer(asked), limits, period_ns,
-      options.lockstep ? nullptr : realtime::monotonic_ns,
-      gives_way ? rendering::make_renderer(rendering::kWithoutPrediction) : nullptr,
+      device, tool,
+      rendering::make_renderer(options.transition.value_or(display::Transition::kLocal)), limits,
+      period_ns, options.lockstep ? nullptr : realtime::monotonic_ns,
       options.transition ? nullptr : rendering::make_renderer(display::Transition::kHold));
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,

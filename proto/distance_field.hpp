@@ -54,17 +54,10 @@ struct FieldBody {
 };
 static_assert(sizeof(FieldBody) == 136);
 
-/// One moving body with a field in every snapshot of the history, as SphereRecord is of a sphere.
-///
-/// Predicted: at which the simulation's next step would take it, over prediction_ns.
+/// One moving body with a field in both snapshots of the history, as SphereRecord is of a sphere.
 struct FieldRecord {
-  std::array<FieldState, 4> history;  // newest first
-  std::array<float, 3> predicted_velocity_m_s;
-  std::array<float, 3> predicted_angular_velocity_rad_s;
-  std::uint32_t response;  // number of the SphereResponse of its frame's origin, from 1; the one
-                           // behind it is how it turns, rad / sqrt(J); 0: it does not give way
-  std::uint32_t reserved;
+  std::array<FieldState, 2> history;  // newest first
 };
-static_assert(sizeof(FieldRecord) == 256);
+static_assert(sizeof(FieldRecord) == 112);
 
 }  // namespace stillgrid::proto

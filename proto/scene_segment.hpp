@@ -5,13 +5,8 @@
 
 namespace stillgrid::proto {
 
-/// Snapshots of the scene that a slot holds: the current one and the three before it.
-inline constexpr std::size_t kHistoryLength = 4;
-
-/// A sphere may be shown where its predicted velocity leads in so many periods of prediction, and
-/// where it led from so long before: swept bounds hold it.
-inline constexpr double kPredictionPeriods = 2.0;
-inline constexpr double kLongestPredictionLag_s = 13e-3;
+/// Snapshots of the scene that a slot holds: the current one and the one before it.
+inline constexpr std::size_t kHistoryLength = 2;
 
 inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
@@ -23,11 +18,6 @@ inline constexpr std::size_t kHandNameBytes = 24;
 /// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
 inline constexpr std::uint32_t kMaxLevels = 8;
 
-/// Modes of a snapshot's response to the tool, and spheres that have a part in them.
-inline constexpr std::uint32_t kMaxModes = 12;
-inline constexpr std::uint32_t kMaxResponses = 256;
-inline constexpr std::uint32_t kMaxTurningBodies = 4;
-
 /// Material of a point of a body that has a field: the tool meets that field alone.
 inline constexpr std::uint32_t kFieldPoint = 0xffffffff;
 
@@ -37,27 +27,18 @@ struct SphereState {
   std::array<float, 3> velocity_m_s;
 };
 
-/// One collision sphere in every snapshot of the history: two cache lines, of which a tick that
-/// leads the newest snapshot on reads the first.
-///
-/// The predicted velocity is that at which the simulation's next step would take it, over
-/// prediction_ns, if the tool's force stayed as it is in the snapshot.
+/// One collision sphere in both snapshots of the history: a cache line.
 struct SphereRecord {
-  SphereState newest;  // snapshot n
-  std::array<float, 3> predicted_velocity_m_s;
+  SphereState newest, before;  // snapshots n and n - 1
   float radius_m;
   std::uint32_t material;  // index into SceneHeader::materials, or kFieldPoint
   std::uint32_t body;      // order in the scene file
-  std::uint32_t response;  // number of its SphereResponse, from 1; 0: it does not give way
-  std::array<std::uint32_t, 3> reserved;
-  std::array<SphereState, 2> older;        // snapshots n - 1, n - 2
-  std::array<float, 3> oldest_position_m;  // snapshot n - 3
-  std::uint32_t padding;
+  std::uint32_t reserved;
 };
-static_assert(sizeof(SphereRecord) == 128 && offsetof(SphereRecord, older) == 64);
+static_assert(sizeof(SphereRecord) == 64);
 
-/// A ball that holds a sphere wherever it may be shown while the grid stands: in every snapshot of
-/// the history and at every weighted mean of them, with some room to move. World frame.
+/// A ball that holds a sphere wherever it may be shown while the grid stands: in both snapshots of
+/// the history and on the way between them, with some room to move. World frame.
 struct SweptBound {
   std::array<float, 3> centre_m;
   float bounding_radius_m;
@@ -129,38 +110,6 @@ struct ToolSphere {
   float radius_m;
 };
 
-/// How far a sphere moves in each mode of a snapshot's response; sqrt(m/N).
-struct SphereResponse {
-  std::array<std::array<float, 3>, kMaxModes> modes;
-};
-static_assert(sizeof(SphereResponse) % 8 == 0);
-
-/// As a mode's damping_share: the scene goes to its next snapshot in one implicit step, in which
-/// dampers resist like springs.
-inline constexpr float kOneStep = -1.0F;
-
-/// One mode of how the scene gives way to the tool within the simulation's next step. Modes are
-/// those of the step's own equations, reduced to what the tool pushes: by their mass orthogonal,
-/// and by the whole of what resists.
-struct ResponseMode {
-  float inertia_share;  // of what resists in a whole step, 0 to 1; the rest is stiffness
-  float push;           // of the tool's force in the snapshot, sqrt(J): its spheres' responses
-                        // times their forces
-  float displacement;   // over the step at the predicted velocity, sqrt(J)
-  float at_velocity;    // over the step at the velocity that the snapshot has, sqrt(J)
-  float damping_share;  // of what resists, in a scene of explicit steps; kOneStep in others
-};
-
-/// How a rigid body turns in each mode: its spheres go round its centre, not straight on.
-struct TurningBody {
-  std::uint32_t body;                                 // order in the scene file
-  std::array<float, 3> centre_m;                      // in the snapshot
-  std::array<float, 3> velocity_m_s;                  // predicted, of the centre
-  std::array<std::array<float, 3>, kMaxModes> turns;  // rad / sqrt(J)
-  std::uint32_t reserved;
-};
-static_assert(sizeof(TurningBody) % 8 == 0);
-
 /// Where the device stands in the scene: scene point = position + scale * (orientation * device
 /// point).
 struct DeviceFrame {
@@ -178,16 +127,14 @@ struct SceneHeader {
   std::uint32_t plane_count;
   std::uint32_t tool_sphere_count;
   std::uint32_t moving_capacity;  // spheres a slot holds room for
-  std::uint32_t predicts;         // 1: snapshots tell where the next step leads; 0: none does
-  float tool_slip_speed_m_s;      // least slip speed of a contact with the tool
-  std::uint64_t static_offset;    // bytes from the segment's start
+  std::uint32_t field_count;
+  float tool_slip_speed_m_s;    // least slip speed of a contact with the tool
+  std::uint64_t static_offset;  // bytes from the segment's start
   DeviceFrame device;
   GridShape static_grid;
   std::array<Material, kMaxMaterials> materials;
   std::array<Plane, kMaxPlanes> planes;
   std::array<ToolSphere, kMaxToolSpheres> tool;
-  std::uint32_t field_count;
-  std::uint32_t reserved;
   std::array<FieldBody, kMaxFields> fields;
   TouchShape touch_lists;
   std::uint64_t model_offset;    // bytes from the segment's start to the scene's model
@@ -200,8 +147,7 @@ struct SceneHeader {
 };
 
 /// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock. Behind
-/// it stand the grid's arrays, the responses, a FieldRecord for each field that moves, and the
-/// state.
+/// it stand the grid's arrays, a FieldRecord for each field that moves, and the state.
 struct SnapshotHeader {
   std::uint64_t snapshot_id;
   std::uint64_t
@@ -213,14 +159,6 @@ struct SnapshotHeader {
   double tool_work_J;     // that the tool gave the scene from the segment's start up to that sample
   std::uint64_t step_ns;  // what the step cost, 0 in lockstep
   std::uint64_t contacts;  // in the simulation, for inspection
-  std::uint64_t
-      prediction_ns;  // the period of predicted velocities and of the response, 0: there are none
-  std::uint32_t mode_count;      // 0: nothing gives way
-  std::uint32_t response_count;  // of the SphereResponses behind the grid
-  std::uint64_t turning_count;
-  std::array<ResponseMode, kMaxModes> modes;
-  std::array<TurningBody, kMaxTurningBodies> turning;
-  double largest_response;  // of any sphere, all modes together; sqrt(m/N)
   // The state from which another process continues, behind all else in the slot.
   std::uint64_t state_bytes;  // 0: the snapshot is without
   std::uint64_t state_tick;   // the moment it belongs to: its number on the path of the tool
@@ -230,7 +168,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<37>({sizeof(SegmentHeader),
+    layout_hash<32>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -241,11 +179,6 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      offsetof(SnapshotHeader, grid),
                      sizeof(SphereRecord),
                      kHistoryLength,
-                     offsetof(SphereRecord, older),
-                     offsetof(SnapshotHeader, modes),
-                     sizeof(ResponseMode),
-                     sizeof(TurningBody),
-                     sizeof(SphereResponse),
                      offsetof(SnapshotHeader, tool_work_J),
                      sizeof(SweptBound),
                      sizeof(GridLevel),

@@ -8,7 +8,7 @@
 namespace stillgrid::proto {
 
 /// Bump on any change of layout, unit or meaning of any segment; a reader refuses other versions.
-inline constexpr std::uint32_t kSegmentVersion = 12;
+inline constexpr std::uint32_t kSegmentVersion = 13;
 
 /// "STLGRID1", little-endian. Stored last: a segment without it is not ready.
 inline constexpr std::uint64_t kSegmentMagic = 0x31444952474C5453ULL;

@@ -5,30 +5,16 @@
 
 namespace stillgrid::proto {
 
-inline constexpr std::uint32_t kMaxShiftedBodies = 4;
-
-/// Distance of a displayed body from its place in the snapshot; zero: no body.
-struct BodyShift {
-  std::array<double, 3> shift_m;
-  std::uint64_t body;  // order in the scene file
-};
-
 /// Which snapshot of the scene a tick displayed, and where: for those who look on. A sphere was at
-///   the sum of its positions by `position` (they sum to one) and of its velocities by
-///   `velocity_s`, plus prediction_s times its predicted velocity, its response times `modes`, and
-///   the shift of its body;
-/// compliance_lag_s is taken from prediction_s for a sphere that has a response.
+/// alpha times its newest position, and the rest of 1 times that of the snapshot before. Where the
+/// tick was local, the simulation went on to it in haptic_server.
 struct DisplayedSnapshot {
-  std::uint64_t scene_epoch;                          // of the scene's segment
-  std::uint64_t snapshot_id;                          // 0: none
-  std::array<double, kHistoryLength> position;        // newest first
-  std::array<double, kHistoryLength - 1> velocity_s;  // likewise
-  double prediction_s;
-  double compliance_lag_s;
-  std::array<double, kMaxModes> modes;  // sqrt(J)
-  std::array<BodyShift, kMaxShiftedBodies> shifts;
-  double alpha;  // progress of the transition to that snapshot, of 1
-  double age_s;  // of the simulated state that is its newest
+  std::uint64_t scene_epoch;  // of the scene's segment
+  std::uint64_t snapshot_id;  // 0: none
+  double alpha;               // progress of the transition to that snapshot, of 1
+  double age_s;               // of the simulated state that is its newest
+  std::uint32_t local_ticks;  // of the simulation, that were stepped in the tick
+  std::uint32_t is_local;     // 1: the force is of the simulation in this tick
 };
 
 /// Results of a tick. Zeros before the first.
@@ -87,12 +73,12 @@ struct ToolState {
   TickFigures before;  // of the tick before
   DeviceFigures device;
 };
-static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 584);
+static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 296);
 
-inline constexpr std::uint64_t kToolLayoutHash = layout_hash<11>(
-    {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
-     offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState), offsetof(ToolState, before),
-     offsetof(ToolState, device), offsetof(TickFigures, displayed), kMaxModes,
-     offsetof(DisplayedSnapshot, shifts), sizeof(PathSample), sizeof(ToolPath)});
+inline constexpr std::uint64_t kToolLayoutHash =
+    layout_hash<9>({sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
+                    offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState),
+                    offsetof(ToolState, before), offsetof(ToolState, device),
+                    offsetof(TickFigures, displayed), sizeof(PathSample), sizeof(ToolPath)});
 
 }  // namespace stillgrid::proto

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "proto/segment_header.hpp"
+#include "proto/tool_segment.hpp"
 
 namespace stillgrid::safety {
 namespace {
@@ -70,16 +70,19 @@ InterfaceAccount::Tick* InterfaceAccount::tick_at(std::uint64_t time_ns) noexcep
     else
       high = middle;
   }
-  return low < end_ && at(low).time_ns == time_ns ? &at(low) : nullptr;
+  const bool is_there =
+      low < end_ && at(low).time_ns / proto::kPathTick_ns == time_ns / proto::kPathTick_ns;
+  return is_there ? &at(low) : nullptr;
 }
 
 void InterfaceAccount::join(std::uint64_t tool_time_ns, double tool_work_J) noexcept {
   if (tool_time_ns == 0 || tool_time_ns < at(first_).time_ns) return;  // too late, or another's
-  Tick* const tick = tick_at(tool_time_ns);
-  if (tick == nullptr || tool_time_ns < joined_.time_ns) {
+  if (tool_time_ns > at(end_ - 1).time_ns || tool_time_ns < joined_.time_ns) {
     is_refused_ = true;
     return;
   }
+  Tick* const tick = tick_at(tool_time_ns);
+  if (tick == nullptr) return;  // missed: the path went evenly over it
   energy_.booked_J = tool_work_J - booked_before_J_;
   energy_.made_J = tick->made_J = energy_.booked_J + tick->held_J - tick->given_J;
   energy_.noise_J = tick->noise_J;

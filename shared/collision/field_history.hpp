@@ -23,23 +23,17 @@ namespace stillgrid::collision {
          are_bounded(state.angular_velocity_rad_s) && std::abs(norm2 - 1.0) < 1e-3;
 }
 
-/// The same snapshot throughout, of a first one: it moves on at its velocities, and gives no way.
+/// The same snapshot twice, of a first one.
 inline void fill_history(proto::FieldRecord& record, const proto::FieldState& snapshot) noexcept {
   record.history.fill(snapshot);
-  record.predicted_velocity_m_s = snapshot.velocity_m_s;
-  record.predicted_angular_velocity_rad_s = snapshot.angular_velocity_rad_s;
-  record.response = 0;
 }
 
-/// One more snapshot; older ones move down. It moves on at its velocities, and gives no way. Of the
-/// two quaternions of its turn the one that is nearer to that of the snapshot before: what is shown
-/// between the two goes the short way round.
+/// One more snapshot. Of the two quaternions of its turn it keeps the one that is nearer to that of
+/// the snapshot before: what is shown between the two goes the short way round.
 inline void push_snapshot(proto::FieldRecord& record, const proto::FieldState& snapshot) noexcept {
-  const auto before = record.history;
-  fill_history(record, snapshot);
-  std::copy(before.begin(), before.end() - 1, record.history.begin() + 1);
+  record.history = {snapshot, record.history[0]};
   auto& turn = record.history[0].orientation_xyzw;
-  const auto& was = before[0].orientation_xyzw;
+  const auto& was = record.history[1].orientation_xyzw;
   const auto vector = [](const auto& q) { return Eigen::Map<const Eigen::Vector4f>(q.data()); };
   if (vector(turn).dot(vector(was)) < 0.0F)
     std::transform(turn.begin(), turn.end(), turn.begin(), std::negate());

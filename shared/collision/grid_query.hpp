@@ -89,33 +89,12 @@ struct CellBlock {
   return double_buffer::load_u32(view.words + view.layout.numbers, i);
 }
 
-/// The first cache line of a SphereRecord: all that a tick needs which leads the newest snapshot
-/// on.
-struct RecordLine {
-  proto::SphereState newest;
-  std::array<float, 3> predicted_velocity_m_s;
-  float radius_m;
-  std::uint32_t material, body, response;
-  std::array<std::uint32_t, 3> reserved;
-};
-static_assert(sizeof(RecordLine) == 64);
-
 [[nodiscard]] inline std::size_t record_word(const GridView& view, std::uint32_t sphere) noexcept {
   return view.layout.records + std::size_t{sphere} * (sizeof(proto::SphereRecord) / 8);
-}
-[[nodiscard]] inline RecordLine load_line(const GridView& view, std::uint32_t sphere) noexcept {
-  return double_buffer::load_struct<RecordLine>(view.words + record_word(view, sphere));
 }
 [[nodiscard]] inline proto::SphereRecord load_record(const GridView& view,
                                                      std::uint32_t sphere) noexcept {
   return double_buffer::load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
-}
-
-/// Pre: index < view.response_count.
-[[nodiscard]] inline proto::SphereResponse load_response(const GridView& view,
-                                                         std::uint32_t index) noexcept {
-  return double_buffer::load_struct<proto::SphereResponse>(
-      view.responses + std::size_t{index} * (sizeof(proto::SphereResponse) / 8));
 }
 
 /// Pre: 1 <= moving <= view.field_count.

@@ -43,28 +43,19 @@ SweptBound bound_sweep(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_
   return bound_points(0.5 * (low_m + high_m), radius_m, from_m, to_m, or_to_m);
 }
 
-SweptBound bound_history(const proto::SphereRecord& record, double prediction_s) noexcept {
-  const Eigen::Vector3d newest_m = vector(record.newest.position_m);
-  Eigen::Vector3d p[] = {newest_m, vector(record.older[0].position_m),
-                         vector(record.older[1].position_m), vector(record.oldest_position_m),
-                         newest_m + prediction_s * vector(record.predicted_velocity_m_s)};
-  const auto is_present = [](const Eigen::Vector3d& point_m) { return !point_m.hasNaN(); };
-  const auto* const present = std::find_if(std::begin(p), std::end(p), is_present);
-  if (present == std::end(p)) return bound_sphere(Eigen::Vector3d::Zero(), record.radius_m);
-  const Eigen::Vector3d somewhere_m = *present;
-  std::replace_if(
-      std::begin(p), std::end(p), [&](const auto& q) { return !is_present(q); }, somewhere_m);
-  const auto low_m = p[0].cwiseMin(p[1]).cwiseMin(p[2]).cwiseMin(p[3]).cwiseMin(p[4]);
-  const auto high_m = p[0].cwiseMax(p[1]).cwiseMax(p[2]).cwiseMax(p[3]).cwiseMax(p[4]);
-  return bound_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3], p[4]);
+SweptBound bound_history(const proto::SphereRecord& record) noexcept {
+  const Eigen::Vector3d newest_m = vector(record.newest.position_m),
+                        before_m = vector(record.before.position_m);
+  if (newest_m.hasNaN() && before_m.hasNaN())
+    return bound_sphere(Eigen::Vector3d::Zero(), record.radius_m);
+  return bound_sweep(before_m.hasNaN() ? newest_m : before_m,
+                     newest_m.hasNaN() ? before_m : newest_m, record.radius_m);
 }
 
-std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records,
-                                       double prediction_s) {
+std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records) {
   std::vector<SweptBound> swept_bounds;
   swept_bounds.reserve(records.size());
-  for (const proto::SphereRecord& record : records)
-    swept_bounds.push_back(bound_history(record, prediction_s));
+  for (const proto::SphereRecord& record : records) swept_bounds.push_back(bound_history(record));
   return swept_bounds;
 }
 

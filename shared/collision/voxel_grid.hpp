@@ -21,7 +21,7 @@ inline constexpr std::size_t kSparedWords = 16;
 
 /// Where the arrays of a grid stand in a block of 8-byte words, for a given capacity.
 struct GridLayout {
-  std::size_t records = 0;  // SphereRecord, 16 words each, in the order of sphere numbers
+  std::size_t records = 0;  // SphereRecord, 8 words each, in the order of sphere numbers
   std::size_t cell_starts =
       0;  // u32, cells + 1: cell c holds swept bounds [starts[c], starts[c + 1])
   std::size_t swept_bounds = 0;  // SweptBound, 2 words each, sorted by level, cell and number
@@ -43,10 +43,7 @@ struct GridView {
   proto::GridShape shape{};
   GridLayout layout{};
   const std::uint64_t* words = nullptr;  // start of the block that layout counts from
-  // Of a snapshot in a segment, SphereResponses: as many as its header counts, and has room for.
-  const std::uint64_t* responses = nullptr;
-  std::uint32_t response_count = 0;
-  // And FieldRecords of the fields that move, numbered as they are.
+  // Of a snapshot in a segment: FieldRecords of the fields that move, numbered as they are.
   const std::uint64_t* fields = nullptr;
   std::uint32_t field_count = 0;
 };
@@ -69,9 +66,8 @@ class VoxelGrid {
   [[nodiscard]] std::span<proto::SphereRecord> records() noexcept;
   [[nodiscard]] std::span<const proto::SphereRecord> records() const noexcept;
 
-  /// One more snapshot of every sphere; older ones move down the history, which the first snapshot
-  /// fills. Predicted velocities become the velocities, and nothing gives way: what is known
-  /// better is the owner's to write. Pre: snapshots.size() is the capacity.
+  /// One more snapshot of every sphere. The first one fills the history. Pre: snapshots.size() is
+  /// the capacity.
   void push_snapshot(std::span<const proto::SphereState> snapshots) noexcept;
 
   /// Enters swept bounds[i] for sphere i. voxel_ratio: a voxel's edge over twice the level's
@@ -125,14 +121,11 @@ class VoxelGrid {
 [[nodiscard]] SweptBound bound_sweep(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
                                      const Eigen::Vector3d& or_to_m, double radius_m) noexcept;
 
-/// The ball that holds a sphere in every snapshot of its history in which it is present, and where
-/// it moves from the newest in prediction_s; rounded outwards. Of one that never is: round the
-/// origin.
-[[nodiscard]] SweptBound bound_history(const proto::SphereRecord& record,
-                                       double prediction_s = 0.0) noexcept;
+/// The ball that holds a sphere in the snapshots of its history in which it is present, and between
+/// them; rounded outwards. Of one that is in none: round the origin.
+[[nodiscard]] SweptBound bound_history(const proto::SphereRecord& record) noexcept;
 
 /// Swept bounds of many spheres, for VoxelGrid::enter().
-[[nodiscard]] std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records,
-                                                     double prediction_s = 0.0);
+[[nodiscard]] std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records);
 
 }  // namespace stillgrid::collision

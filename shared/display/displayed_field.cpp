@@ -1,7 +1,6 @@
 #include "shared/display/displayed_field.hpp"
 
-#include <algorithm>
-#include <cstddef>
+#include <array>
 
 #include "shared/collision/field_history.hpp"
 
@@ -21,33 +20,6 @@ Eigen::Matrix3d rotation(const Eigen::Vector4d& xyzw) {
   return Eigen::Quaterniond(Eigen::Vector4d(xyzw.normalized())).toRotationMatrix();
 }
 
-Eigen::Matrix3d turned(const Eigen::Vector3d& turn_rad, const Eigen::Matrix3d& orientation) {
-  const double angle_rad = turn_rad.norm();
-  // Written so that a NaN does not pass.
-  if (!(angle_rad > 1e-12 && angle_rad <= proto::kLargestNumber)) return orientation;
-  return Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad) * orientation;
-}
-
-/// What snapshots tell, by their weights.
-struct Sum {
-  DisplayedField field;
-  Eigen::Vector4d turn = Eigen::Vector4d::Zero();
-  Eigen::Vector3d led_rad = Eigen::Vector3d::Zero();
-
-  /// newest: quaternions of one turn may differ by their sign.
-  void add(const proto::FieldState& snapshot, double weight, double velocity_s,
-           const Eigen::Vector4d& newest) {
-    const Eigen::Vector3d velocity_m_s = vector(snapshot.velocity_m_s),
-                          spin_rad_s = vector(snapshot.angular_velocity_rad_s);
-    const Eigen::Vector4d own = quaternion(snapshot);
-    field.position_m += weight * vector(snapshot.position_m) + velocity_s * velocity_m_s;
-    field.velocity_m_s += weight * velocity_m_s;
-    field.angular_velocity_rad_s += weight * spin_rad_s;
-    turn += (own.dot(newest) < 0.0 ? -weight : weight) * own;
-    led_rad += velocity_s * spin_rad_s;
-  }
-};
-
 }  // namespace
 
 DisplayedField displayed(const proto::FieldState& state) noexcept {
@@ -59,58 +31,22 @@ std::optional<DisplayedField> displayed(const proto::FieldRecord& record,
                                         const SnapshotWeights& weights) noexcept {
   // Half a turn apart two snapshots tell of no way between them.
   constexpr double kOpposite = 1e-3;
-  if (!collision::is_sound(record.history[0])) return std::nullopt;
-  const Eigen::Vector4d newest = quaternion(record.history[0]);
-  Sum sum;
-  for (std::size_t i = 0; i < record.history.size(); ++i) {
-    const double velocity_s = i < weights.velocity_s.size() ? weights.velocity_s[i] : 0.0;
-    if (weights.position[i] == 0.0 && velocity_s == 0.0) continue;
-    if (!collision::is_sound(record.history[i])) return std::nullopt;
-    sum.add(record.history[i], weights.position[i], velocity_s, newest);
-  }
-  const double prediction_s =
-      weights.prediction_s - (record.response != 0 ? weights.compliance_lag_s : 0.0);
-  if (prediction_s != 0.0) {
-    proto::FieldState predicted = record.history[0];
-    predicted.velocity_m_s = record.predicted_velocity_m_s;
-    predicted.angular_velocity_rad_s = record.predicted_angular_velocity_rad_s;
-    if (!collision::is_sound(predicted)) return std::nullopt;
-    sum.field.position_m += prediction_s * vector(predicted.velocity_m_s);
-    sum.led_rad += prediction_s * vector(predicted.angular_velocity_rad_s);
-  }
-  sum.field.orientation =
-      turned(sum.led_rad, rotation(sum.turn.norm() > kOpposite ? sum.turn : newest));
-  return sum.field;
-}
-
-DisplayedField led_on(const DisplayedField& shown, const proto::FieldRecord& record) noexcept {
-  return {shown.position_m, shown.orientation, vector(record.predicted_velocity_m_s),
-          vector(record.predicted_angular_velocity_rad_s)};
-}
-
-std::optional<FieldResponse> response_of(const collision::GridView& grid,
-                                         const proto::FieldRecord& record,
-                                         double largest_response) noexcept {
-  // Its second one is behind the first.
-  if (record.response == 0 || record.response >= grid.response_count) return std::nullopt;
-  const auto load = [&](std::uint32_t index) {
-    const proto::SphereResponse response = collision::load_response(grid, index);
-    return ResponseMatrix(Eigen::Map<const ResponseMatrix>(response.modes.front().data()));
+  const auto& [newest, before] = record.history;
+  if (!collision::is_sound(newest)) return std::nullopt;
+  const double alpha = weights.alpha;
+  if (alpha == 1.0) return displayed(newest);
+  if (!collision::is_sound(before)) return std::nullopt;
+  const auto between = [alpha](const auto& a, const auto& b) {
+    return Eigen::Vector3d(alpha * vector(a) + (1.0 - alpha) * vector(b));
   };
-  const FieldResponse response{load(record.response - 1), load(record.response)};
-  // Written so that a NaN does not pass.
-  if (!(static_cast<double>(response.origin.norm()) <= largest_response) ||
-      !(static_cast<double>(response.turn.norm()) <= proto::kLargestNumber))
-    return std::nullopt;
-  return response;
-}
-
-DisplayedField given_way(const DisplayedField& shown, const FieldResponse& response,
-                         const ModeDisplacements& displacements) noexcept {
-  DisplayedField moved = shown;
-  moved.position_m += response.origin.cast<double>() * displacements;
-  moved.orientation = turned(response.turn.cast<double>() * displacements, shown.orientation);
-  return moved;
+  const Eigen::Vector4d turn = quaternion(newest), was = quaternion(before);
+  // Quaternions of one turn may differ by their sign.
+  const Eigen::Vector4d sum =
+      alpha * turn + (turn.dot(was) < 0.0 ? alpha - 1.0 : 1.0 - alpha) * was;
+  return DisplayedField{between(newest.position_m, before.position_m),
+                        rotation(sum.norm() > kOpposite ? sum : turn),
+                        between(newest.velocity_m_s, before.velocity_m_s),
+                        between(newest.angular_velocity_rad_s, before.angular_velocity_rad_s)};
 }
 
 }  // namespace stillgrid::display

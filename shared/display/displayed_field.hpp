@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "proto/scene_segment.hpp"
-#include "shared/display/response.hpp"
 #include "shared/display/transition.hpp"
 
 namespace stillgrid::display {
@@ -33,40 +32,11 @@ struct DisplayedField {
 [[nodiscard]] DisplayedField displayed(const proto::FieldState& state) noexcept;
 
 /// Where the weights display the frame: its origin as a sphere's centre is displayed, and its turn
-/// by the same weights: a sum of quaternions made a unit, which for two is their slerp but for a
-/// share of the angle's third power, turned on for as long as velocities lead the origin on.
+/// by the same weights: a sum of two quaternions made a unit, which is their slerp but for a share
+/// of the angle's third power.
 /// Nothing where a snapshot that weighs is no state of a body. Realtime: yes; safe on numbers that
 /// lie.
 [[nodiscard]] std::optional<DisplayedField> displayed(const proto::FieldRecord& record,
                                                       const SnapshotWeights& weights) noexcept;
-
-/// How the body's points move at its predicted velocities, from where it is displayed.
-[[nodiscard]] DisplayedField led_on(const DisplayedField& shown,
-                                    const proto::FieldRecord& record) noexcept;
-
-/// How a body that has a field gives way in each mode of a snapshot.
-struct FieldResponse {
-  ResponseMatrix origin = ResponseMatrix::Zero();  // sqrt(m/N)
-  ResponseMatrix turn = ResponseMatrix::Zero();    // rad / sqrt(J)
-
-  /// Of the body's point so far from its frame's origin, world frame.
-  [[nodiscard]] ResponseMatrix at(const Eigen::Vector3d& arm_m) const noexcept {
-    ResponseMatrix response = origin;
-    const Eigen::Vector3f arm = arm_m.cast<float>();
-    for (Eigen::Index mode = 0; mode < response.cols(); ++mode)
-      response.col(mode) += turn.col(mode).cross(arm);
-    return response;
-  }
-};
-
-/// The response of a field of a moving grid; none where it has none, or its record lies.
-/// Realtime: yes. Pre: finite largest_response.
-[[nodiscard]] std::optional<FieldResponse> response_of(const collision::GridView& grid,
-                                                       const proto::FieldRecord& record,
-                                                       double largest_response) noexcept;
-
-/// The body where the modes move it: its origin straight on, and it turns. Realtime: yes.
-[[nodiscard]] DisplayedField given_way(const DisplayedField& shown, const FieldResponse& response,
-                                       const ModeDisplacements& displacements) noexcept;
 
 }  // namespace stillgrid::display

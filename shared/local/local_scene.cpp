@@ -103,20 +103,27 @@ void LocalScene::step(Copy& copy) {
   note(copy);
 }
 
-bool LocalScene::advance_to(std::uint64_t tick) {
+Advance LocalScene::advance_to(std::uint64_t tick) {
+  Advance advance;
+  const auto step_by_one = [&](Copy& copy) {
+    step(copy);
+    ++advance.ticks;
+  };
   // Behind its newest point the own path is not known yet.
   const std::uint64_t known = std::min(tick, tools_[own_hand_].path.newest().value_or(0));
   // One that is too far behind waits for a state that is nearer.
   if (shown_->tick + kMaxTicks < known) shown_->is_begun = false;
-  while (shown_->is_begun && shown_->tick < known) step(*shown_);
+  while (shown_->is_begun && shown_->tick < known) step_by_one(*shown_);
   Copy& next = other();
-  for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step(next);
+  for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step_by_one(next);
   if (next.is_begun && next.tick >= known) {
     shown_->is_begun = false;
     shown_ = &next;
+    advance.is_swap = true;
   }
   shown_->is_begun = shown_->is_begun && is_plausible(shown_->ticks.engine().state());
-  return shown_->is_begun && shown_->tick == tick;
+  advance.is_known = shown_->is_begun && shown_->tick == tick;
+  return advance;
 }
 
 }  // namespace stillgrid::local

@@ -14,6 +14,20 @@
 
 namespace stillgrid::local {
 
+/// How a copy came to a tick.
+struct Advance {
+  bool is_known = false;  // the scene, at that tick
+  bool is_swap = false;   // a copy from a newer state took the place of the one shown
+  int ticks = 0;          // that both copies were stepped
+
+  Advance& operator+=(const Advance& later) noexcept {
+    is_known = later.is_known;
+    is_swap = is_swap || later.is_swap;
+    ticks += later.ticks;
+    return *this;
+  }
+};
+
 /// A copy of a simulated scene. It goes on from the snapshots along the paths that the tools take.
 /// See docs/algorithms/local.md.
 ///
@@ -53,11 +67,10 @@ class LocalScene {
   /// state is one of this model.
   bool begin_at(std::uint64_t tick, std::span<const std::byte> state);
 
-  /// Moves the copies on to a tick, the second one by a few ticks at most. Returns whether the
-  /// scene is known there.
-  bool advance_to(std::uint64_t tick);
+  /// Moves the copies on to a tick, the second one by a few ticks at most.
+  Advance advance_to(std::uint64_t tick);
 
-  /// The scene at the tick of the last advance_to(). Pre: it returned true.
+  /// The scene at the tick of the last advance_to(). Pre: it was known there.
   [[nodiscard]] const dynamics::SceneState& state() const noexcept {
     return shown_->ticks.engine().state();
   }

@@ -22,20 +22,4 @@ proto::FieldState field_state(const Eigen::Vector3d& position_m,
           .reserved = 0.0F};
 }
 
-void MovingFields::predict(std::size_t record, const Eigen::Vector3d& velocity_m_s,
-                           const Eigen::Vector3d& angular_velocity_rad_s,
-                           std::uint32_t response) noexcept {
-  records_[record].predicted_velocity_m_s = three_floats(velocity_m_s);
-  records_[record].predicted_angular_velocity_rad_s = three_floats(angular_velocity_rad_s);
-  records_[record].response = response;
-}
-
-void MovingFields::forget_predictions() noexcept {
-  for (proto::FieldRecord& record : records_) {
-    record.predicted_velocity_m_s = record.history[0].velocity_m_s;
-    record.predicted_angular_velocity_rad_s = record.history[0].angular_velocity_rad_s;
-    record.response = 0;
-  }
-}
-
 }  // namespace stillgrid::publication

@@ -28,8 +28,8 @@ class MovingFields {
   explicit MovingFields(std::vector<std::size_t> fields)
       : fields_(std::move(fields)), records_(fields_.size()) {}
 
-  /// One more snapshot: each moves on as it does, and gives no way. The first one shows them as if
-  /// they had been there in every snapshot before. state_of: returns a field's state by its number.
+  /// One more snapshot. The first one shows them as if they had been there before. state_of:
+  /// returns a field's state by its number.
   template <class StateOf>
   void show(const StateOf& state_of) noexcept {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
@@ -40,12 +40,6 @@ class MovingFields {
     }
     is_first_ = false;
   }
-
-  /// Adds where a field will go to the snapshot shown last. Pre: record < records().size().
-  void predict(std::size_t record, const Eigen::Vector3d& velocity_m_s,
-               const Eigen::Vector3d& angular_velocity_rad_s, std::uint32_t response) noexcept;
-  /// All of the snapshot shown last go on as they move.
-  void forget_predictions() noexcept;
 
   /// Numbers of the fields that the records are of.
   [[nodiscard]] std::span<const std::size_t> fields() const noexcept { return fields_; }

@@ -28,13 +28,12 @@ std::array<float, 3> floats(const double* v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
-/// It came just now: in no older snapshot is it anywhere.
+/// It came just now: in the snapshot before it is nowhere.
 void begin_history(proto::SphereRecord& record, const proto::SphereState& state) {
   constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
   const proto::SphereState absent{{kNowhere, kNowhere, kNowhere}, {}};
   record.newest = state;
-  record.older = {absent, absent};
-  record.oldest_position_m = absent.position_m;
+  record.before = absent;
 }
 
 }  // namespace
@@ -76,22 +75,16 @@ void MovingRecords::push(std::size_t i, const double* position_m, const double* 
     collision::fill_history(record, state);
   else
     begin_history(record, state);
-  record.predicted_velocity_m_s = state.velocity_m_s;
 }
 
-/// Whether the sphere's swept bound holds its newest snapshot and where that leads; older ones it
-/// held before.
-bool MovingRecords::is_held(std::size_t i, float ahead_s, float behind_s) noexcept {
+/// Whether the sphere's swept bound holds its newest snapshot; the older one it held before.
+bool MovingRecords::is_held(std::size_t i) noexcept {
   const proto::SphereRecord& record = records()[i];
   const collision::SweptBound& bound = bounds_[i];
-  const Eigen::Vector3f from_m = vector(record.newest.position_m) - vector(bound.centre_m);
-  const Eigen::Vector3f velocity_m_s = vector(record.predicted_velocity_m_s);
-  const float farthest_m2 =
-      std::max({from_m.squaredNorm(), (from_m + ahead_s * velocity_m_s).squaredNorm(),
-                (from_m - behind_s * velocity_m_s).squaredNorm()});
+  const float away_m2 = (vector(record.newest.position_m) - vector(bound.centre_m)).squaredNorm();
   const float room_m = (1.0F - kRounding) * bound.bounding_radius_m - record.radius_m;
-  if (farthest_m2 <= room_m * std::abs(room_m)) return true;
-  needed_m_ = (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + 2.0F * kRounding);
+  if (away_m2 <= room_m * std::abs(room_m)) return true;
+  needed_m_ = (std::sqrt(away_m2) + record.radius_m) * (1.0F + 2.0F * kRounding);
   return false;
 }
 
@@ -100,7 +93,7 @@ void MovingRecords::enter(double period_s) {
   for (std::size_t i = 0; i < count_; ++i) {
     const proto::SphereRecord& record = records()[i];
     collision::SweptBound& bound = bounds_[i];
-    bound = collision::bound_history(record, proto::kPredictionPeriods * period_s);
+    bound = collision::bound_history(record);
     const float way_m =
         kSteps * static_cast<float>(period_s) * vector(record.newest.velocity_m_s).norm();
     bound.bounding_radius_m += std::min(record.radius_m, kLeastRoom * record.radius_m + way_m);
@@ -113,13 +106,12 @@ void MovingRecords::enter(double period_s) {
 void MovingRecords::place(const double* positions_m, const double* velocities_m_s,
                           double period_s) {
   const auto rate_per_s = static_cast<float>(1.0 / period_s);
-  const auto ahead_s = static_cast<float>(proto::kPredictionPeriods * period_s);
   bool holds = !is_first_ && entered_ == count_;
   std::size_t left = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     push(i, positions_m + 3 * i, velocities_m_s == nullptr ? nullptr : velocities_m_s + 3 * i,
          rate_per_s);
-    if (!holds || (came_[i] == 0 && is_held(i, ahead_s, 0.0F))) continue;
+    if (!holds || (came_[i] == 0 && is_held(i))) continue;
     holds = came_[i] == 0 && ++left <= count_ / kLeavingPart + 1 && widen(i);
   }
   is_first_ = false;
@@ -132,28 +124,6 @@ bool MovingRecords::widen(std::size_t i) noexcept {
   bounds_[i].bounding_radius_m = needed_m_;
   grid_.grow(i, needed_m_);
   return true;
-}
-
-void MovingRecords::predict(std::span<const double> velocities_m_s) noexcept {
-  for (std::size_t i = 0; i < count_; ++i)
-    records()[i].predicted_velocity_m_s = floats(velocities_m_s.data() + 3 * i);
-}
-
-void MovingRecords::cover_predictions(double period_s) noexcept {
-  const auto ahead_s = static_cast<float>(proto::kPredictionPeriods * period_s);
-  const auto behind_s = static_cast<float>(proto::kLongestPredictionLag_s);
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (is_held(i, ahead_s, behind_s)) continue;
-    bounds_[i].bounding_radius_m = needed_m_;
-    grid_.grow(i, needed_m_);
-  }
-}
-
-void MovingRecords::forget_predictions() noexcept {
-  for (proto::SphereRecord& record : records()) {
-    record.predicted_velocity_m_s = record.newest.velocity_m_s;
-    record.response = 0;
-  }
 }
 
 }  // namespace stillgrid::publication

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,18 +24,6 @@ class MovingRecords {
   /// only when many have left theirs are all entered anew. Pre: numbers.
   void place(const double* positions_m, const double* velocities_m_s, double period_s);
 
-  /// Sphere i moves on so over the next step. Pre: number.
-  void predict(std::size_t i, const std::array<float, 3>& velocity_m_s, std::uint32_t response) {
-    records()[i].predicted_velocity_m_s = velocity_m_s;
-    records()[i].response = response;
-  }
-  /// All do: 3 values a sphere. Pre: numbers, as many as spheres.
-  void predict(std::span<const double> velocities_m_s) noexcept;
-  /// Swept bounds hold where predicted velocities lead within a displayed snapshot's time.
-  void cover_predictions(double period_s) noexcept;
-  /// All go on at their velocity, and none gives way.
-  void forget_predictions() noexcept;
-
   [[nodiscard]] std::span<proto::SphereRecord> records() noexcept {
     return grid_.records().first(count_);
   }
@@ -46,7 +33,7 @@ class MovingRecords {
  private:
   void push(std::size_t i, const double* position_m, const double* velocity_m_s,
             float rate_per_s) noexcept;
-  [[nodiscard]] bool is_held(std::size_t i, float ahead_s, float behind_s) noexcept;
+  [[nodiscard]] bool is_held(std::size_t i) noexcept;
   [[nodiscard]] bool widen(std::size_t i) noexcept;
   void enter(double period_s);
 

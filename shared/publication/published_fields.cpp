@@ -56,30 +56,6 @@ void write_fields(std::span<const PublishedField> fields, const FieldPlaces& pla
                 fields[i].field->bytes());
 }
 
-double largest_response(const proto::FieldShape& shape, const proto::SphereResponse& origin,
-                        const proto::SphereResponse& turn, std::size_t modes) noexcept {
-  const auto vector = [](const std::array<float, 3>& v) {
-    return Eigen::Map<const Eigen::Vector3f>(v.data()).cast<double>();
-  };
-  // Of a point at a: |m|^2 + 2 a . (m x t) + |t x a|^2, summed over the modes.
-  double straight2 = 0.0, turn2 = 0.0;
-  Eigen::Vector3d mixed = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
-  for (std::size_t mode = 0; mode < modes; ++mode) {
-    const Eigen::Vector3d m = vector(origin.modes[mode]), t = vector(turn.modes[mode]);
-    straight2 += m.squaredNorm();
-    turn2 += t.squaredNorm();
-    mixed += m.cross(t);
-    turns += t * t.transpose();
-  }
-  const double farthest_m = vector(shape.centre_m).norm() + double{shape.bounding_radius_m};
-  const double along2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>()
-                            .computeDirect(turns, Eigen::EigenvaluesOnly)
-                            .eigenvalues()[0];
-  return 1.000001 * std::sqrt(straight2 + 2.0 * farthest_m * mixed.norm() +
-                              farthest_m * farthest_m * (turn2 - along2));
-}
-
 std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::byte* segment,
                                     std::size_t from_bytes, std::size_t end_bytes) {
   const auto require = [](bool is_sound, std::uint32_t field, const char* what) {

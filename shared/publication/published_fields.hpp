@@ -40,13 +40,6 @@ struct FieldPlaces {
 void write_fields(std::span<const PublishedField> fields, const FieldPlaces& places,
                   std::byte* segment);
 
-/// How far any point of the body moves, all modes together, whose origin responds by the first and
-/// which turns by the second of these; rounded up. sqrt(m/N).
-[[nodiscard]] double largest_response(const proto::FieldShape& shape,
-                                      const proto::SphereResponse& origin,
-                                      const proto::SphereResponse& turn,
-                                      std::size_t modes) noexcept;
-
 /// The fields of a fixed part whose words end at end_bytes and hold no field before from_bytes.
 /// Throws SegmentError unless every count, number and place is sound. segment: its start.
 [[nodiscard]] std::vector<SceneField> read_fields(const proto::SceneHeader& scene,

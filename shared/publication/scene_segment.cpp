@@ -42,7 +42,6 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   header.plane_count = static_cast<std::uint32_t>(scene.planes.size());
   header.tool_sphere_count = static_cast<std::uint32_t>(scene.tool.size());
   header.moving_capacity = static_cast<std::uint32_t>(moving.sphere_capacity);
-  header.predicts = scene.predicts ? 1 : 0;
   header.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   header.static_offset = kStaticOffset;
   header.device = scene.device;
@@ -65,25 +64,13 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   return header;
 }
 
-/// Where the responses are in a slot: behind the grid.
-std::size_t response_word(const collision::GridLayout& moving) {
+/// Where the fields are in a slot: behind the grid.
+std::size_t field_word(const collision::GridLayout& moving) {
   return (moving.total_words + 7) / 8 * 8;
 }
 
-std::size_t responses_end_word(const collision::GridLayout& moving, std::size_t moving_fields) {
-  return response_word(moving) + response_capacity(moving.sphere_capacity, moving_fields) *
-                                     sizeof(proto::SphereResponse) / 8;
-}
-
-/// Where the fields are: behind the responses.
-std::size_t field_word(const collision::GridLayout& moving, std::size_t moving_fields) {
-  return (responses_end_word(moving, moving_fields) + 7) / 8 * 8;
-}
-
 std::size_t payload_words(const collision::GridLayout& moving, std::size_t moving_fields) {
-  return moving_fields == 0
-             ? responses_end_word(moving, 0)
-             : field_word(moving, moving_fields) + moving_fields * sizeof(proto::FieldRecord) / 8;
+  return field_word(moving) + moving_fields * sizeof(proto::FieldRecord) / 8;
 }
 
 /// Where the state is: behind the fields.
@@ -168,22 +155,6 @@ collision::TouchLists touch_lists_of(const StaticScene& scene) {
   return {scene.spheres, touch_probe_radius_m(largest_m)};
 }
 
-std::size_t response_capacity(std::size_t moving_count, std::size_t moving_fields) noexcept {
-  return std::min<std::size_t>(moving_count, proto::kMaxResponses) + 2 * moving_fields;
-}
-
-double largest_response(std::span<const proto::SphereResponse> responses,
-                        std::size_t modes) noexcept {
-  double largest2 = 0.0;
-  for (const proto::SphereResponse& response : responses) {
-    double sum2 = 0.0;
-    for (std::size_t mode = 0; mode < modes; ++mode)
-      for (const float part : response.modes[mode]) sum2 += double{part} * double{part};
-    largest2 = std::max(largest2, sum2);
-  }
-  return 1.000001 * std::sqrt(largest2);
-}
-
 SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
                          const collision::TouchLists& touch_lists, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
@@ -192,7 +163,6 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
       static_grid_(static_grid_of(scene)),
       fields_(place_fields(scene.fields,
                            touch_offset(static_grid_.layout()) + touch_lists.words().size_bytes())),
-      responses_(responses_end_word(moving_, fields_.moving_count) - response_word(moving_)),
       field_records_(fields_.moving_count * sizeof(proto::FieldRecord) / 8),
       fixed_(scene_header(scene, static_grid_, touch_lists, moving_, fields_)),
       segment_(std::move(lock),
@@ -209,37 +179,10 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
   segment_.announce();
 }
 
-/// Of spheres and of points of bodies that have fields.
-double SceneWriter::largest_of(const SnapshotPrediction& prediction,
-                               std::span<const proto::FieldRecord> fields) const noexcept {
-  const auto& responses = prediction.responses;
-  const std::size_t modes = prediction.modes.size();
-  double largest = 0.0;
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    // The number of an origin's, from 1, is where the turn stands, from 0.
-    const bool is_turn =
-        i > 0 && std::any_of(fields.begin(), fields.end(),
-                             [&](const proto::FieldRecord& field) { return field.response == i; });
-    if (!is_turn) largest = std::max(largest, largest_response(responses.subspan(i, 1), modes));
-  }
-  for (const proto::FieldBody& body : fields_.bodies) {
-    const std::size_t turn = body.moving != 0 ? fields[body.moving - 1].response : 0;
-    if (turn == 0 || turn >= responses.size()) continue;
-    largest = std::max(largest, publication::largest_response(body.shape, responses[turn - 1],
-                                                              responses[turn], modes));
-  }
-  return largest;
-}
-
 void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
-                          const SnapshotPrediction& prediction,
                           std::span<const proto::FieldRecord> fields,
                           const SnapshotState& state) noexcept {
   assert(snapshot.layout() == moving_ && fields.size() == fields_.moving_count);
-  assert(prediction.modes.size() <= proto::kMaxModes);
-  assert(prediction.turning.size() <= proto::kMaxTurningBodies);
-  assert(prediction.responses.size() <=
-         response_capacity(moving_.sphere_capacity, fields_.moving_count));
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
     std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
@@ -255,15 +198,6 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.step_ns = times.step_ns;
   snapshot_.contacts = times.contacts;
   snapshot_.tool_work_J = times.tool_work_J;
-  snapshot_.prediction_ns = prediction.period_ns;
-  snapshot_.mode_count = static_cast<std::uint32_t>(prediction.modes.size());
-  snapshot_.response_count = static_cast<std::uint32_t>(prediction.responses.size());
-  snapshot_.modes = {};
-  std::copy(prediction.modes.begin(), prediction.modes.end(), snapshot_.modes.begin());
-  snapshot_.turning_count = prediction.turning.size();
-  snapshot_.turning = {};
-  std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
-  snapshot_.largest_response = largest_of(prediction, fields);
   const bool has_state = state.bytes.size() <= fixed_.state_capacity;
   snapshot_.state_bytes = has_state ? state.bytes.size() : 0;
   snapshot_.state_tick = state.tick;
@@ -273,10 +207,6 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   const auto header =
       std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
   const auto parts = snapshot.filled_parts();
-  if (!prediction.responses.empty())
-    std::memcpy(responses_.data(), prediction.responses.data(), prediction.responses.size_bytes());
-  const std::span<const std::uint64_t> responses(responses_.data(),
-                                                 prediction.responses.size_bytes() / 8);
   if (!fields.empty()) std::memcpy(field_records_.data(), fields.data(), fields.size_bytes());
   if (snapshot_.state_bytes > 0)
     std::memcpy(state_.data(), state.bytes.data(), snapshot_.state_bytes);
@@ -287,8 +217,7 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
                           parts[1],
                           parts[2],
                           parts[3],
-                          {response_word(moving_), responses},
-                          {field_word(moving_, fields_.moving_count), field_records_},
+                          {field_word(moving_), field_records_},
                           {state_word(moving_, fields_.moving_count), state_words}});
   double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                                         std::memory_order_relaxed);
@@ -363,10 +292,7 @@ collision::GridView SceneView::moving_grid(const std::uint64_t* payload,
                                            const proto::SnapshotHeader& snapshot) const noexcept {
   collision::GridView view{snapshot.grid, moving_layout_, payload};
   if (!collision::is_consistent(view.shape, view.layout)) view.shape = {};
-  view.responses = payload + response_word(moving_layout_);
-  if (snapshot.response_count <= response_capacity(moving_layout_.sphere_capacity, moving_fields_))
-    view.response_count = snapshot.response_count;
-  view.fields = payload + field_word(moving_layout_, moving_fields_);
+  view.fields = payload + field_word(moving_layout_);
   view.field_count = moving_fields_;
   return view;
 }

@@ -25,7 +25,6 @@ struct StaticScene {
   std::vector<PublishedField> fields;        // at most kMaxFields
   proto::DeviceFrame device{};
   float tool_slip_speed_m_s = 0.05F;
-  bool predicts = true;          // snapshots tell where the next step leads
   float voxel_ratio = 2.0F;      // of the static grid; twice a probe's own size is searched fastest
   std::vector<std::byte> model;  // steps the scene elsewhere; empty: snapshots have no state
   std::size_t state_capacity = 0;  // bytes of the largest state of a snapshot
@@ -50,29 +49,12 @@ struct SnapshotTimes {
   double tool_work_J = 0.0;  // that the tool has given the scene up to the state
 };
 
-/// What a snapshot tells of the simulation's next step, beside each sphere's predicted velocity and
-/// the number of its response.
-struct SnapshotPrediction {
-  std::uint64_t period_ns = 0;                            // of that step; 0: nothing is predicted
-  std::span<const proto::ResponseMode> modes = {};        // kMaxModes at most
-  std::span<const proto::TurningBody> turning = {};       // kMaxTurningBodies at most
-  std::span<const proto::SphereResponse> responses = {};  // as many at most as response_capacity()
-};
-
 /// The state from which another process continues. One that is larger than the slots' capacity is
 /// left out.
 struct SnapshotState {
   std::span<const std::byte> bytes = {};
   std::uint64_t tick = 0, hash = 0;  // see proto::SnapshotHeader
 };
-
-/// How many responses a snapshot of so many moving spheres and fields has room for: two a field.
-[[nodiscard]] std::size_t response_capacity(std::size_t moving_count,
-                                            std::size_t moving_fields = 0) noexcept;
-
-/// Of any sphere, the first `modes` modes together; rounded up. sqrt(m/N).
-[[nodiscard]] double largest_response(std::span<const proto::SphereResponse> responses,
-                                      std::size_t modes) noexcept;
 
 /// The simulation's end of the scene segment.
 ///
@@ -97,7 +79,6 @@ class SceneWriter {
   /// fields: one for each of the scene's that moves, in order.
   /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.
   void publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
-               const SnapshotPrediction& prediction = {},
                std::span<const proto::FieldRecord> fields = {},
                const SnapshotState& state = {}) noexcept;
 
@@ -109,8 +90,6 @@ class SceneWriter {
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
  private:
-  [[nodiscard]] double largest_of(const SnapshotPrediction& prediction,
-                                  std::span<const proto::FieldRecord> fields) const noexcept;
   SceneWriter(SessionLock lock, const StaticScene& scene, const collision::TouchLists& touch_lists,
               std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
               std::uint64_t start_ns, std::optional<gid_t> readers);
@@ -118,7 +97,7 @@ class SceneWriter {
   collision::GridLayout moving_;
   collision::VoxelGrid static_grid_;
   FieldPlaces fields_;
-  std::vector<std::uint64_t> responses_, field_records_, state_;  // as a slot holds them
+  std::vector<std::uint64_t> field_records_, state_;  // as a slot holds them
   proto::SceneHeader fixed_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
@@ -150,8 +129,8 @@ class SceneView {
   [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
 
-  /// The grid of a slot's payload whose header was loaded, with responses and fields; without a
-  /// sphere where the header lies.
+  /// The grid of a slot's payload whose header was loaded, with its fields; without a sphere
+  /// where the header lies.
   /// Realtime: yes.
   [[nodiscard]] collision::GridView moving_grid(
       const std::uint64_t* payload, const proto::SnapshotHeader& snapshot) const noexcept;

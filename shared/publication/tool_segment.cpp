@@ -47,15 +47,10 @@ bool has_sound_figures(const proto::ToolState& state) noexcept {
   const proto::TickFigures& figures = state.before;
   const proto::DisplayedSnapshot& shown = figures.displayed;
   return are_plausible(figures.torque_N_m) && (figures.flags & ~proto::kSafetyFlagMask) == 0 &&
-         are_plausible(shown.position) && are_plausible(shown.velocity_s) &&
-         are_plausible(shown.modes) && is_plausible(shown.prediction_s) &&
-         is_plausible(shown.compliance_lag_s) &&
-         std::all_of(shown.shifts.begin(), shown.shifts.end(),
-                     [](const proto::BodyShift& of) { return are_plausible(of.shift_m); }) &&
          are_plausible(state.device.axes) && is_plausible(state.device.gripper_m) &&
          is_plausible(state.device.gripper_force_N) && is_plausible(state.device.temperature_C) &&
          shown.alpha >= 0.0 && shown.alpha <= 1.0 && shown.age_s >= 0.0 &&
-         is_plausible(shown.age_s);
+         is_plausible(shown.age_s) && shown.is_local <= 1;
 }
 
 ToolWriter::ToolWriter(SessionLock lock, std::uint64_t period_ns, proto::Clock clock,

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "proto/scene_segment.hpp"
 #include "proto/tool_segment.hpp"
@@ -11,8 +10,7 @@
 namespace stillgrid::reading {
 
 /// The same snapshot told by the history of one that came `later` snapshots after it; nothing if
-/// that history does not hold it. What a later snapshot cannot tell is told as nearly as it can:
-/// the predicted velocity by that snapshot's velocity, and no response.
+/// that history does not hold it. A snapshot before the history's older one counts as that one.
 [[nodiscard]] std::optional<proto::DisplayedSnapshot> in_later_history(
     const proto::DisplayedSnapshot& shown, std::uint64_t later);
 
@@ -21,10 +19,8 @@ namespace stillgrid::reading {
 [[nodiscard]] std::optional<proto::DisplayedSnapshot> displayed_in(
     const proto::DisplayedSnapshot& shown, std::uint64_t scene_epoch, std::uint64_t snapshot_id);
 
-/// Where a sphere was displayed, its response being one of `responses`; not a number in any axis
-/// where it was absent.
+/// Where a sphere was displayed; not a number in any axis where it was absent.
 [[nodiscard]] std::array<float, 3> displayed_m(const proto::SphereRecord& record,
-                                               std::span<const proto::SphereResponse> responses,
                                                const proto::DisplayedSnapshot& shown);
 
 }  // namespace stillgrid::reading

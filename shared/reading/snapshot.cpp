@@ -75,9 +75,6 @@ double_buffer::ReadStatus look(publication::SnapshotReader& reader,
     snapshot.header = latest;
     snapshot.header.grid = moving.shape;
     copy_spheres(moving, max_spheres, snapshot.spheres);
-    snapshot.responses.resize(moving.response_count);
-    for (std::uint32_t i = 0; i < moving.response_count; ++i)
-      snapshot.responses[i] = collision::load_response(moving, i);
     snapshot.fields.resize(moving.field_count);
     for (std::uint32_t i = 0; i < moving.field_count; ++i)
       snapshot.fields[i] = collision::load_field(moving, i + 1);

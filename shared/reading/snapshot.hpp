@@ -32,13 +32,12 @@ struct SceneSnapshot {
   std::uint64_t snapshot_id = 0;
   proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
   std::vector<proto::SphereRecord> spheres;
-  std::vector<proto::SphereResponse> responses;
   std::vector<proto::FieldRecord> fields;  // of the bodies with fields that move, in their order
   std::vector<LevelBound> swept_bounds;    // of all spheres, in the order of the levels
   GridOccupancy occupancy;
 };
 
-/// What a look copies beside the spheres, the fields' places and the responses.
+/// What a look copies beside the spheres and the fields' places.
 enum class SnapshotDetail { kSpheres, kGrid };
 
 /// One look at the latest snapshot, with its first `max_spheres` spheres. Unless accepted,

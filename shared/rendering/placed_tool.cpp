@@ -13,10 +13,4 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
   return {placed.data(), scene.tool_sphere_count};
 }
 
-DisplayedMotion held_snapshot(std::size_t age) noexcept {
-  display::SnapshotWeights weights;
-  weights.position[age] = 1.0;
-  return {weights, weights};
-}
-
 }  // namespace stillgrid::rendering

@@ -44,7 +44,4 @@ class ToolSweep {
   bool has_sweep_ = false;
 };
 
-/// The snapshot numbered `snapshot` in the history (0: the newest), held.
-[[nodiscard]] DisplayedMotion held_snapshot(std::size_t age) noexcept;
-
 }  // namespace stillgrid::rendering

@@ -1,9 +1,6 @@
 #include "shared/rendering/renderer.hpp"
 
-#include <algorithm>
-
 #include "shared/display/stamps.hpp"
-#include "shared/rendering/compliant_renderer.hpp"
 #include "shared/rendering/local_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "shared/rendering/touched_fields.hpp"
@@ -13,22 +10,12 @@ namespace stillgrid::rendering {
 
 proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
                                             std::uint64_t scene_epoch) noexcept {
-  proto::DisplayedSnapshot shown{.scene_epoch = scene_epoch,
-                                 .snapshot_id = tick.snapshot_id,
-                                 .position = tick.weights.position,
-                                 .velocity_s = tick.weights.velocity_s,
-                                 .prediction_s = tick.weights.prediction_s,
-                                 .compliance_lag_s = tick.weights.compliance_lag_s,
-                                 .modes = {},
-                                 .shifts = {},
-                                 .alpha = tick.weights.alpha,
-                                 .age_s = tick.age_s};
-  std::copy(tick.modes.begin(), tick.modes.end(), shown.modes.begin());
-  for (std::size_t i = 0; i < tick.shifts.count; ++i) {
-    const auto& [body, shift_m] = tick.shifts.shifts[i];
-    shown.shifts[i] = {{shift_m.x(), shift_m.y(), shift_m.z()}, body};
-  }
-  return shown;
+  return {.scene_epoch = scene_epoch,
+          .snapshot_id = tick.snapshot_id,
+          .alpha = tick.weights.alpha,
+          .age_s = tick.age_s,
+          .local_ticks = static_cast<std::uint32_t>(tick.local_ticks),
+          .is_local = tick.is_local ? 1U : 0U};
 }
 
 void TickScene::gather_moving(const collision::GridView& moving, const DisplayedMotion& shown,
@@ -51,8 +38,9 @@ ToolForce TickScene::force_of(const TouchedSpheres& touched,
 
 RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns,
-                              std::span<const publication::ToolView* const> other_tools) noexcept {
-  const TickScene tick_scene{scene, pose, now_ns, other_tools};
+                              std::span<const publication::ToolView* const> other_tools,
+                              LocalCopy* local) noexcept {
+  const TickScene tick_scene{scene, pose, now_ns, other_tools, local};
   prepare(tick_scene, reader_.turn_to(scene));
   const publication::SnapshotLook look = reader_.look(
       scene, [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {
@@ -71,14 +59,12 @@ RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPos
   tick.contended = !look.accepted();
   tick.age_s = display::seconds_between(snapshot.state_time_ns[0], now_ns);
   tick.snapshot_age_s = display::seconds_between(snapshot.publish_time_ns[0], now_ns);
-  tick.weights = held_snapshot(0).now;
   show(tick_scene, look, tick);
   return tick;
 }
 
 std::unique_ptr<Renderer> make_renderer(display::Transition transition) {
   if (transition == display::Transition::kLocal) return std::make_unique<LocalRenderer>();
-  if (display::law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
   return std::make_unique<SnapshotRenderer>(transition);
 }
 

@@ -16,11 +16,7 @@
 
 namespace stillgrid::rendering {
 
-/// How far a snapshot lies from where the one before it led to.
-struct PredictionError {
-  double distance_m = 0.0;  // of the touched body that is farthest off
-  double force_N = 0.0;     // of the touched spheres, if none gave way to it
-};
+class LocalCopy;
 
 /// What one tick rendered.
 struct RenderedTick {
@@ -29,6 +25,8 @@ struct RenderedTick {
   bool is_new = false;             // the first tick that shows it
   bool can_move = false;           // anything in it
   bool is_local = false;           // the scene went on to this tick here
+  bool is_swap = false;            // from another state than in the tick before
+  int local_ticks = 0;             // of the simulation, that were stepped here
   std::uint64_t tool_time_ns = 0;  // of the tool that it was computed with, 0: none; not checked
   double tool_work_J = 0.0;        // that the tool gave the scene up to then; not checked
   double age_s = 0.0;              // of the simulated state shown newest
@@ -36,17 +34,11 @@ struct RenderedTick {
   bool contended = false;          // no fresh read: the last good sample was used
   bool truncated = false;          // the tick's bound on work was met
   bool swept = false;              // a contact that was only on the way to this tick
-  // At a switch: |force by the new snapshot - force by the old one|, same place and time; what a
-  // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
+  // At a switch from one snapshot to the next, or of the local copy: how the force differs from
+  // that of the spheres as the tick before displayed them, on the tool where it is now.
   std::optional<double> switch_jump_N;
-  // At a switch of a model whose spheres give way, where the tool touches something that may move.
-  std::optional<PredictionError> prediction_error;
-  // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
+  // By which its spheres were displayed; of a model that displays none, the snapshot as it is.
   display::SnapshotWeights weights;
-  // Where they give way to the hand: times each sphere's response, and each body's shift.
-  display::ModeDisplacements modes = display::ModeDisplacements::Zero();
-  BodyShifts shifts;
-  double unsolved_N = 0.0;  // what one more iteration would change of the force
 };
 
 /// What the tick displayed of that scene's segment, for those who look on.
@@ -60,6 +52,7 @@ struct TickScene {
   std::uint64_t now_ns;
   // Tools in the order of the hands; null: away, and the own hand's.
   std::span<const publication::ToolView* const> other_tools = {};
+  LocalCopy* local = nullptr;  // of this scene; null: there is none
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
 
@@ -91,11 +84,13 @@ class Renderer {
 
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
   /// cannot be read what the last good one left stands; before the first there is no force.
-  /// Each hand of the session has one of other_tools; null: away, and the own hand.
+  /// Each hand of the session has one of other_tools; null: away, and the own hand. local: the
+  /// scene's copy; null: there is none.
   /// Realtime: wait-free, allocates nothing.
-  [[nodiscard]] RenderedTick render(
-      const publication::SceneView& scene, const ToolPose& pose, std::uint64_t now_ns,
-      std::span<const publication::ToolView* const> other_tools = {}) noexcept;
+  [[nodiscard]] RenderedTick render(const publication::SceneView& scene, const ToolPose& pose,
+                                    std::uint64_t now_ns,
+                                    std::span<const publication::ToolView* const> other_tools = {},
+                                    LocalCopy* local = nullptr) noexcept;
 
  protected:
   [[nodiscard]] const publication::SnapshotReader& reader() const noexcept { return reader_; }
@@ -117,16 +112,12 @@ class Renderer {
 
 [[nodiscard]] std::unique_ptr<Renderer> make_renderer(display::Transition transition);
 
-/// What is displayed in place of a transition that gives way, of a scene that predicts nothing: it
-/// never jumps, and asks nothing of the simulation.
-inline constexpr display::Transition kWithoutPrediction = display::Transition::kRestart;
-
-/// Returns the default transition of a scene: `hold` if a snapshot lasts for one tick or less, else
-/// `predict`.
+/// Returns the default transition of a scene: `local`, which shows a scene without a model by
+/// `linear`; `hold` where such a scene's snapshots last for one tick or less.
 [[nodiscard]] inline display::Transition default_transition(const publication::SceneView& scene,
                                                             std::uint64_t tick_ns) noexcept {
-  return scene.header().period_ns <= tick_ns ? display::Transition::kHold
-                                             : display::Transition::kPredict;
+  return scene.model().empty() && scene.header().period_ns <= tick_ns ? display::Transition::kHold
+                                                                      : display::Transition::kLocal;
 }
 
 }  // namespace stillgrid::rendering

@@ -8,34 +8,35 @@
 
 namespace stillgrid::rendering {
 
-/// Renders the scene's force from its snapshots: the paper's intermediate model, with every
-/// transition that displays sums of them.
+/// Renders the scene's force from its snapshots: the paper's intermediate model.
 ///
 /// Thread: the haptic loop's only.
-class SnapshotRenderer final : public Renderer {
+class SnapshotRenderer : public Renderer {
  public:
-  /// Pre: !law_of(transition).gives_way.
   explicit SnapshotRenderer(display::Transition transition) : transition_(transition) {}
 
- private:
+ protected:
   void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
               const collision::GridView& moving) noexcept override;
   void show(const TickScene& scene, const publication::SnapshotLook& look,
             RenderedTick& tick) noexcept override;
 
-  struct Display {
-    display::TransitionMemory memory;
-    display::SnapshotWeights weights;
-  };
+  [[nodiscard]] std::span<const PlacedToolSphere> tool() const noexcept { return tool_; }
+  /// What moves and the tool touches in this tick, being gathered.
+  [[nodiscard]] TouchedSpheres& fresh() noexcept { return *fresh_; }
+  /// Sums the force of what was gathered and of what never moves. is_seen: fresh() counts, else
+  /// what the last tick gathered does. is_switch: what is displayed comes from elsewhere than in
+  /// the tick before.
+  void sum_force(const TickScene& scene, bool is_seen, bool is_switch, RenderedTick& tick) noexcept;
+
+ private:
   display::Transition transition_;
-  Display shown_;           // of the last accepted snapshot, as it was displayed
-  Display next_;            // being gathered, as are
-  bool is_switch_ = false;  // from the snapshot right before it
-  TouchedSpheres before_switch_;
+  display::SnapshotWeights shown_;  // of the last accepted snapshot
+  display::SnapshotWeights next_;   // being gathered
   TouchedSpheres buffers_[2];
   TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
-  TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
+  TouchedSpheres* fresh_ = &buffers_[1];
   ToolSweep sweep_;
   std::span<const PlacedToolSphere> tool_;  // of this tick
 };

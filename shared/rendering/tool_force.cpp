@@ -5,12 +5,10 @@
 namespace stillgrid::rendering {
 
 ToolContact contact_with(const TouchedSphere& sphere, const PlacedToolSphere& probe) noexcept {
-  const double distance_m = (probe.position_m - sphere.position_m).norm();
-  const double contact_distance_m = probe.radius_m + sphere.radius_m;
-  const Eigen::Vector3d seen_m = probe.position_m - sphere.seen_m;
-  const double seen_distance_m = seen_m.norm();
-  const Eigen::Vector3d normal = seen_distance_m > 1e-12 ? Eigen::Vector3d(seen_m / seen_distance_m)
-                                                         : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d way_m = probe.position_m - sphere.position_m;
+  const double distance_m = way_m.norm(), contact_distance_m = probe.radius_m + sphere.radius_m;
+  const Eigen::Vector3d normal =
+      distance_m > 1e-12 ? Eigen::Vector3d(way_m / distance_m) : Eigen::Vector3d::UnitZ();
   return {contact_distance_m - distance_m, normal,
           probe.position_m - probe.radius_m / contact_distance_m * distance_m * normal,
           sphere.velocity_m_s};
@@ -53,15 +51,14 @@ double energy_J(const collision::ContactMaterial& material, const ToolContact& c
 }
 
 void add_sphere(ToolForce& sum, const proto::SceneHeader& scene, const TouchedSphere& sphere,
-                std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                double energy_share = 1.0) noexcept {
+                std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   // A tick may show the spheres of the tick before, gathered for a tool of another scene.
   if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) return;
   const collision::ContactMaterial material = contact_material(scene, sphere.material);
   const ToolContact contact = contact_with(sphere, tool[sphere.tool_sphere]);
   add_contact(sum, material, contact, pose, sphere.presence);
   if (sphere.is_static)
-    sum.static_J += energy_share * sphere.presence * energy_J(material, contact);
+    sum.static_J += sphere.energy_share * sphere.presence * energy_J(material, contact);
 }
 
 }  // namespace
@@ -76,10 +73,7 @@ ToolForce sphere_force_of(const proto::SceneHeader& scene, const TouchedSphere& 
 ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                        std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   ToolForce sum;
-  for (const TouchedSphere& sphere : touched.all()) {
-    const TouchedField* field = touched.field_of(sphere);
-    add_sphere(sum, scene, sphere, tool, pose, field != nullptr ? field->energy_share : 1.0);
-  }
+  for (const TouchedSphere& sphere : touched.all()) add_sphere(sum, scene, sphere, tool, pose);
   return sum;
 }
 

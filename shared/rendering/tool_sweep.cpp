@@ -3,12 +3,12 @@
 #include <cmath>
 
 namespace stillgrid::rendering {
-collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe, double room_m) noexcept {
+collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe) noexcept {
   const double moved_m2 = (probe.position_m - probe.before_m).squaredNorm();
   if (is_short_sweep(moved_m2, probe.radius_m))
-    return collision::bound_sphere(
-        probe.position_m, probe.radius_m + room_m + (moved_m2 > 0.0 ? std::sqrt(moved_m2) : 0.0));
-  return collision::bound_sweep(probe.before_m, probe.position_m, probe.radius_m + room_m);
+    return collision::bound_sphere(probe.position_m,
+                                   probe.radius_m + (moved_m2 > 0.0 ? std::sqrt(moved_m2) : 0.0));
+  return collision::bound_sweep(probe.before_m, probe.position_m, probe.radius_m);
 }
 
 std::optional<Eigen::Vector3d> closest_line_m(const Eigen::Vector3d& before_m,

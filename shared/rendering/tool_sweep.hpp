@@ -14,10 +14,8 @@ namespace stillgrid::rendering {
   return !(sweep_m2 > short_m * short_m);
 }
 
-/// A ball that the tool sphere did not leave since the tick before, seen by what is displayed up
-/// to room_m from where its cover is. Realtime: yes.
-[[nodiscard]] collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe,
-                                                     double room_m) noexcept;
+/// A ball that the tool sphere did not leave since the tick before. Realtime: yes.
+[[nodiscard]] collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe) noexcept;
 
 /// The line from the sphere to the tool when they were closest, if they moved far past one another
 /// and touched only on the way: before_m and now_m lead from the sphere to the tool, in the tick

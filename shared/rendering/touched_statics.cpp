@@ -35,27 +35,21 @@ std::optional<Meeting> meeting_of(const collision::TouchEntry& entry,
 void add(TouchedSpheres& touched, const collision::TouchEntry& entry, const Meeting& meeting,
          std::uint32_t tool_sphere) {
   if (!std::isfinite(entry.radius_m)) return;
-  if (touched.count == TouchedSpheres::kCapacity) {
-    touched.truncated = true;
-    return;
-  }
-  touched.spheres[touched.count++] = {.position_m = meeting.position_m,
-                                      .velocity_m_s = Eigen::Vector3d::Zero(),
-                                      .radius_m = double{entry.radius_m},
-                                      .material = entry.label.material,
-                                      .tool_sphere = tool_sphere,
-                                      .swept = meeting.swept,
-                                      .number = entry.label.number,
-                                      .body = entry.label.body,
-                                      .base_m = centre_m(entry),
-                                      .seen_m = meeting.position_m,
-                                      .is_static = true};
+  touched.add({.position_m = meeting.position_m,
+               .velocity_m_s = Eigen::Vector3d::Zero(),
+               .radius_m = double{entry.radius_m},
+               .material = entry.label.material,
+               .tool_sphere = tool_sphere,
+               .swept = meeting.swept,
+               .number = entry.label.number,
+               .body = entry.label.body,
+               .is_static = true});
 }
 
 void gather_by_grid(const collision::GridView& grid, std::span<const PlacedToolSphere> tool,
                     std::uint32_t tool_sphere, TouchedSpheres& touched) {
   const std::size_t first = touched.count;
-  gather_touched(grid, held_snapshot(0), tool.subspan(tool_sphere, 1), touched);
+  gather_touched(grid, {}, tool.subspan(tool_sphere, 1), touched);
   for (std::size_t i = first; i < touched.count; ++i) {
     touched.spheres[i].tool_sphere = tool_sphere;
     touched.spheres[i].is_static = true;
@@ -68,7 +62,7 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept {
   for (std::uint32_t i = 0; i < tool.size(); ++i) {
     const PlacedToolSphere& probe = tool[i];
-    const collision::SweptBound way = bound_tool_sweep(probe, 0.0);
+    const collision::SweptBound way = bound_tool_sweep(probe);
     if (!(way.bounding_radius_m <= lists.probe_radius_m())) {
       gather_by_grid(grid, tool, i, touched);
       continue;
