@@ -28,7 +28,7 @@ struct TransitionLaw {
 [[nodiscard]] std::optional<Transition> transition_named(std::string_view name) noexcept;
 
 /// What is displayed of a snapshot's history: the newest by alpha, the one before it by the rest
-/// of 1. Velocities are weighed likewise.
+/// of 1. Velocities are weighed likewise. Below 0: before both, on a way that goes on evenly.
 struct SnapshotWeights {
   double alpha = 1.0;
   bool is_waiting = true;  // at the newest snapshot, waiting for the next
@@ -42,11 +42,11 @@ struct SnapshotWeights {
                                                std::uint64_t now_ns) noexcept;
 
 /// Returns weights that were of a snapshot, told by the history of the one that came `later`
-/// snapshots after it. Snapshots that history no longer holds count as its older one.
-/// Realtime: yes.
-[[nodiscard]] constexpr SnapshotWeights in_later_snapshot(const SnapshotWeights& weights,
-                                                          std::uint64_t later) noexcept {
-  return later == 0 ? weights : SnapshotWeights{.alpha = 0.0, .is_waiting = false};
+/// snapshots after it, as if spheres went on evenly. Realtime: yes.
+[[nodiscard]] inline SnapshotWeights in_later_snapshot(const SnapshotWeights& weights,
+                                                       std::uint64_t later) noexcept {
+  if (later == 0) return weights;
+  return {.alpha = later == 1 ? weights.alpha - 1.0 : -1.0, .is_waiting = false};
 }
 
 }  // namespace stillgrid::display

@@ -10,7 +10,8 @@
 namespace stillgrid::reading {
 
 /// The same snapshot told by the history of one that came `later` snapshots after it; nothing if
-/// that history does not hold it. A snapshot before the history's older one counts as that one.
+/// that history does not hold it. What lies before that history is told as if spheres went on
+/// evenly.
 [[nodiscard]] std::optional<proto::DisplayedSnapshot> in_later_history(
     const proto::DisplayedSnapshot& shown, std::uint64_t later);
 

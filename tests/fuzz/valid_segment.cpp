@@ -31,15 +31,12 @@ std::vector<publication::PublishedField> small_fields() {
   return fields;
 }
 
-/// Turning; its responses are those behind the spheres', of which there are none.
+/// Turning.
 proto::FieldRecord field_record(std::uint64_t n) {
   proto::FieldRecord record{};
   const auto x = 0.004F * static_cast<float>(n);
   record.history.fill(
       {{x, -0.02F, 0.0F}, {0.6F, 0.0F, 0.0F, 0.8F}, {0.1F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, 0.0F});
-  record.predicted_velocity_m_s = {0.1F, 0.0F, 0.0F};
-  record.predicted_angular_velocity_rad_s = {0.0F, 1.0F, 0.0F};
-  record.response = 1;
   return record;
 }
 
@@ -102,10 +99,6 @@ std::vector<std::byte> valid_scene() {
     snapshot.records()[i].material = i % 2;
     snapshot.records()[i].body = i;
   }
-  const std::array modes{proto::ResponseMode{1.0F, 0.0F, 0.0F, 0.0F, proto::kOneStep}};
-  std::array<proto::SphereResponse, 2> responses{};  // of the field: its origin, and how it turns
-  responses[0].modes[0] = {0.03F, 0.0F, 0.0F};
-  responses[1].modes[0] = {0.0F, 0.0F, 0.3F};
   for (std::uint64_t n = 1; n <= 3; ++n) {
     std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
@@ -115,7 +108,7 @@ std::vector<std::byte> valid_scene() {
     snapshot.enter(collision::history_bounds(snapshot.records()), 1.0F);
     const std::array records{field_record(n)};
     writer.publish(snapshot, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5},
-                   {.period_ns = kPeriod_ns, .modes = modes, .responses = responses}, records);
+                   records);
   }
   return with_gaps(published(proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }

@@ -23,7 +23,7 @@ inline constexpr std::size_t kGapBytes = 4096;
 [[nodiscard]] const proto::SegmentHeader& header_of(std::span<const std::byte> segment);
 
 /// What changes of a valid segment, in parts: `latest`, then of each slot its sequence and its
-/// payload, a scene's in its header, its four arrays (with the last the responses) and its field.
+/// payload, a scene's in its header, its four arrays and its field.
 [[nodiscard]] std::vector<std::span<std::byte>> changing_parts(std::span<std::byte> segment);
 
 /// The gaps of a mapping of a valid segment, which begins at `start`.

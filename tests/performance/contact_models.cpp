@@ -40,7 +40,7 @@ Eigen::Vector3d SphereGrid::force_m(const Eigen::Vector3d& tool_m, double radius
   Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
   collision::for_each_candidate(
       view_, {{p.x(), p.y(), p.z()}, radius}, 8192, [&](std::uint32_t sphere) {
-        const collision::RecordLine line = collision::load_line(view_, sphere);
+        const proto::SphereRecord line = collision::load_record(view_, sphere);
         const Eigen::Vector3d apart_m =
             tool_m -
             Eigen::Map<const Eigen::Vector3f>(line.newest.position_m.data()).cast<double>();

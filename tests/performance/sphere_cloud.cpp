@@ -71,8 +71,7 @@ void SphereCloud::write_to(std::span<proto::SphereRecord> records) const {
       return proto::SphereState{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
     };
     records[i].newest = snapshot(0);
-    records[i].older = {snapshot(1), snapshot(2)};
-    records[i].oldest_position_m = snapshot(3).position_m;
+    records[i].before = snapshot(1);
     records[i].radius_m = radii_m_[i];
   }
 }

@@ -33,9 +33,7 @@ bool is_same(const proto::SphereState& a, const proto::SphereState& b) {
 bool continues(const Snapshot& before, const Snapshot& after) {
   if (before.spheres.size() != after.spheres.size()) return false;
   for (std::size_t i = 0; i < after.spheres.size(); ++i)
-    if (!is_same(after.spheres[i].older[0], before.spheres[i].newest) ||
-        !is_same(after.spheres[i].older[1], before.spheres[i].older[0]))
-      return false;
+    if (!is_same(after.spheres[i].before, before.spheres[i].newest)) return false;
   return after.header.state_time_ns[1] == before.header.state_time_ns[0];
 }
 

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "shared/collision/sphere_history.hpp"
 #include "shared/files/json_number.hpp"
 #include "shared/reading/displayed.hpp"
 #include "shared/reading/relay_json.hpp"
@@ -36,7 +35,6 @@ Json state_json(const Frame& frame) {
           {"step_ms", static_cast<double>(header.step_ns) * 1e-6},
           {"contacts", header.contacts},
           {"tool_work_J", number(header.tool_work_J)},
-          {"prediction_ms", static_cast<double>(header.prediction_ns) * 1e-6},
           {"history_count", header.history_count}};
 }
 
@@ -60,10 +58,11 @@ std::optional<proto::DisplayedSnapshot> displayed_snapshot(const Frame& frame) {
 
 Json display_json(const std::optional<proto::DisplayedSnapshot>& shown) {
   if (!shown) return {};
-  return {{"snapshot_id", shown->snapshot_id},   {"alpha", shown->alpha},
-          {"weights", numbers(shown->position)}, {"velocity_s", numbers(shown->velocity_s)},
-          {"prediction_s", shown->prediction_s}, {"compliance_lag_s", shown->compliance_lag_s},
-          {"modes", numbers(shown->modes)},      {"age_s", shown->age_s}};
+  return {{"snapshot_id", shown->snapshot_id},
+          {"alpha", shown->alpha},
+          {"age_s", shown->age_s},
+          {"is_local", shown->is_local != 0},
+          {"local_ticks", shown->local_ticks}};
 }
 
 Json tool_json(const proto::ToolState& state, const TimeAxis& axis) {
@@ -121,8 +120,8 @@ std::string frame_message(const Frame& frame) {
   if (frame.snapshot) {
     for (const proto::SphereRecord& record : frame.snapshot->spheres) {
       append(newest, record.newest.position_m);
-      append(previous, collision::position_m(record, 1));
-      if (shown) append(displayed, reading::displayed_m(record, frame.snapshot->responses, *shown));
+      append(previous, record.before.position_m);
+      if (shown) append(displayed, reading::displayed_m(record, *shown));
     }
     for (const OccupiedVoxel& voxel :
          occupied_voxels(frame.snapshot->header.grid, frame.snapshot->swept_bounds)) {

@@ -1,6 +1,5 @@
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -71,38 +70,17 @@ Json state_json(const proto::SphereState& snapshot) {
 }
 
 /// snapshots: of which each sphere's history tells those before the newest; 0: no history.
-Json spheres_json(const std::vector<proto::SphereRecord>& spheres,
-                  const std::vector<proto::SphereResponse>& responses, std::size_t modes,
-                  std::size_t snapshots) {
+Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t snapshots) {
   Json json = Json::array();
   for (const proto::SphereRecord& record : spheres) {
     Json sphere = state_json(record.newest);
-    sphere["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
-    sphere["response"] = Json::array();
-    if (record.response > 0 && record.response <= responses.size())
-      for (std::size_t mode = 0; mode < modes; ++mode)
-        sphere["response"].push_back(numbers(responses[record.response - 1].modes[mode]));
     sphere["radius_m"] = number(record.radius_m);
     sphere["material"] = record.material;
     sphere["body"] = record.body;
     if (snapshots > 0) sphere["history"] = Json::array();
-    for (std::size_t age = 1; age < snapshots; ++age)
-      sphere["history"].push_back(age <= record.older.size()
-                                      ? state_json(record.older[age - 1])
-                                      : Json{{"position_m", numbers(record.oldest_position_m)}});
+    if (snapshots > 1) sphere["history"].push_back(state_json(record.before));
     json.push_back(std::move(sphere));
   }
-  return json;
-}
-
-Json modes_json(const proto::SnapshotHeader& header) {
-  Json json = Json::array();
-  for (std::size_t i = 0; i < std::min<std::size_t>(header.mode_count, proto::kMaxModes); ++i)
-    json.push_back({{"inertia_share", number(header.modes[i].inertia_share)},
-                    {"push", number(header.modes[i].push)},
-                    {"displacement", number(header.modes[i].displacement)},
-                    {"at_velocity", number(header.modes[i].at_velocity)},
-                    {"damping_share", number(header.modes[i].damping_share)}});
   return json;
 }
 
@@ -139,12 +117,8 @@ Json fields_json(const std::vector<proto::FieldRecord>& fields, std::size_t snap
   Json json = Json::array();
   for (const proto::FieldRecord& record : fields) {
     Json field = state_json(record.history[0]);
-    field["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
-    field["predicted_angular_velocity_rad_s"] = numbers(record.predicted_angular_velocity_rad_s);
-    field["response"] = record.response;
     if (snapshots > 0) field["history"] = Json::array();
-    for (std::size_t age = 1; age < snapshots; ++age)
-      field["history"].push_back(state_json(record.history[age]));
+    if (snapshots > 1) field["history"].push_back(state_json(record.history[1]));
     json.push_back(std::move(field));
   }
   return json;
@@ -167,14 +141,12 @@ Json snapshot_json(const publication::SceneView& view, const JsonOptions& option
           {"tool_work_J", number(header.tool_work_J)},
           {"step_ns", header.step_ns},
           {"contacts", header.contacts},
-          {"prediction",
-           {{"period_ns", header.prediction_ns},
-            {"modes", modes_json(header)},
-            {"largest_response", number(header.largest_response)}}},
+          {"state",
+           {{"bytes", header.state_bytes},
+            {"tick", header.state_tick},
+            {"hash", hexadecimal(header.state_hash)}}},
           {"grid", std::move(grid)},
-          {"spheres", spheres_json(snapshot->spheres, snapshot->responses,
-                                   std::min<std::size_t>(header.mode_count, proto::kMaxModes),
-                                   options.history ? snapshots : 0)},
+          {"spheres", spheres_json(snapshot->spheres, options.history ? snapshots : 0)},
           {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()},
           {"fields", fields_json(snapshot->fields, options.history ? snapshots : 0)}};
 }
@@ -184,13 +156,6 @@ Json flags_json(std::uint32_t flags) {
   Json json = Json::array();
   for (std::size_t i = 0; i < proto::kSafetyFlagNames.size(); ++i)
     if ((flags & (1U << i)) != 0) json.push_back(proto::kSafetyFlagNames[i]);
-  return json;
-}
-
-Json shifts_json(const proto::DisplayedSnapshot& shown) {
-  Json json = Json::array();
-  for (const proto::BodyShift& shift : shown.shifts)
-    json.push_back({{"body", shift.body}, {"shift_m", numbers(shift.shift_m)}});
   return json;
 }
 
@@ -205,14 +170,10 @@ Json tick_json(const proto::TickFigures& tick) {
           {"displayed",
            {{"scene_epoch", hexadecimal(shown.scene_epoch)},
             {"snapshot_id", shown.snapshot_id},
-            {"position", numbers(shown.position)},
-            {"velocity_s", numbers(shown.velocity_s)},
-            {"prediction_s", number(shown.prediction_s)},
-            {"compliance_lag_s", number(shown.compliance_lag_s)},
-            {"modes", numbers(shown.modes)},
-            {"shifts", shifts_json(shown)},
             {"alpha", number(shown.alpha)},
-            {"age_s", number(shown.age_s)}}}};
+            {"age_s", number(shown.age_s)},
+            {"is_local", shown.is_local != 0},
+            {"local_ticks", shown.local_ticks}}}};
 }
 
 Json tool_json(const publication::ToolView& view) {
@@ -258,6 +219,8 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
               {"orientation_xyzw", numbers(scene.device.orientation_xyzw)},
               {"scale", number(scene.device.scale)}}},
             {"moving_capacity", scene.moving_capacity},
+            {"model_bytes", scene.model_bytes},
+            {"state_capacity", scene.state_capacity},
             {"static_grid", grid_json(scene.static_grid)}};
   for (std::size_t i = 0; i < scene.material_count; ++i) {
     const proto::Material& material = scene.materials[i];
@@ -277,7 +240,7 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
     json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
                                     {"radius_m", number(scene.tool[i].radius_m)}});
   const auto spheres = reading::static_spheres(view, options.max_spheres);
-  json["static_spheres"] = spheres_json(spheres, {}, 0, 0);
+  json["static_spheres"] = spheres_json(spheres, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   json["fields"] = fields_json(view.fields());
   return json;

@@ -94,11 +94,8 @@ std::vector<proto::SphereRecord> random_histories(std::uint64_t seed, std::size_
     records.push_back(static_sphere(at_m, decades(random, 0.001F, 0.1F)));
     const float step_m = decades(random, 0.001F, 0.1F);
     proto::SphereRecord& sphere = records.back();
-    for (auto* position_m :
-         {&sphere.older[0].position_m, &sphere.older[1].position_m, &sphere.oldest_position_m}) {
-      for (float& coordinate_m : at_m) coordinate_m += uniform(random, -step_m, step_m);
-      *position_m = at_m;
-    }
+    for (float& coordinate_m : at_m) coordinate_m += uniform(random, -step_m, step_m);
+    sphere.before.position_m = at_m;
   }
   return records;
 }

@@ -155,7 +155,8 @@ TEST_CASE("A swept bound holds its sphere in every snapshot and on the way betwe
         ++outside;
     };
     // A ball that holds the snapshots holds every weighted mean of them.
-    for (std::size_t age = 0; age < proto::kHistoryLength; ++age) add(position_m(record, age));
+    add(record.newest.position_m);
+    add(record.before.position_m);
   }
   CHECK(outside == 0);
 
@@ -173,21 +174,17 @@ TEST_CASE(
     "A swept bound holds a sphere in the snapshots that it is in, and is finite if it is in none",
     "[voxel_grid]") {
   proto::SphereRecord record = static_sphere({5.0F, 6.0F, 7.0F}, 0.25F);
-  const auto is_round_its_place = [&](double prediction_s) {
-    const SweptBound swept_bound = bound_history(record, prediction_s);
+  const auto is_round_its_place = [&] {
+    const SweptBound swept_bound = bound_history(record);
     return swept_bound.centre_m == std::array<float, 3>{5.0F, 6.0F, 7.0F} &&
            swept_bound.bounding_radius_m == Approx(0.25F).epsilon(1e-5);
   };
-  const std::array<float, 3> absent{kNaN, kNaN, kNaN};
-  record.oldest_position_m = record.older[1].position_m = absent;
-  CHECK(is_round_its_place(0.0));
-  record.older[0].position_m = {5.0F, kNaN, 7.0F};
-  CHECK(is_round_its_place(0.1));
-  std::swap(record.newest.position_m, record.oldest_position_m);
-  record.predicted_velocity_m_s = absent;
-  CHECK(is_round_its_place(0.1));
+  record.before.position_m = {5.0F, kNaN, 7.0F};
+  CHECK(is_round_its_place());
+  std::swap(record.newest, record.before);
+  CHECK(is_round_its_place());
 
-  record.oldest_position_m = absent;
+  record.before.position_m = {kNaN, kNaN, kNaN};
   VoxelGrid grid(0, 1);
   grid.enter(std::array{bound_history(record)}, 1.0F);
   CHECK(bound_history(record).bounding_radius_m == Approx(0.25F).epsilon(1e-5));
@@ -204,17 +201,13 @@ TEST_CASE("The first snapshot fills the history and each later one pushes it dow
   };
   const auto history = [&] {
     const proto::SphereRecord& r = grid.records()[0];
-    return std::array{position_m(r, 0)[0], position_m(r, 1)[0], position_m(r, 2)[0],
-                      position_m(r, 3)[0]};
+    return std::array{r.newest.position_m[0], r.before.position_m[0]};
   };
   push(1.0);
-  CHECK(history() == std::array{1.0F, 1.0F, 1.0F, 1.0F});
+  CHECK(history() == std::array{1.0F, 1.0F});
   push(2.0);
   push(3.0);
-  CHECK(history() == std::array{3.0F, 2.0F, 1.0F, 1.0F});
-  push(4.0);
-  push(5.0);
-  CHECK(history() == std::array{5.0F, 4.0F, 3.0F, 2.0F});
+  CHECK(history() == std::array{3.0F, 2.0F});
 }
 
 TEST_CASE("Voxels never go backwards and far coordinates stay in range", "[voxel_grid]") {

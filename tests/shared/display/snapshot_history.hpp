@@ -1,11 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <random>
 #include <vector>
 
@@ -21,57 +19,30 @@ class SnapshotHistory {
       : transition_(transition), estimate_(estimate) {}
 
   /// Snapshot of time_ns, published at once. Times must grow.
-  void show(std::uint64_t time_ns, double position_m, double velocity_m_s) {
-    const proto::SnapshotHeader before = snapshot_;
+  void show(std::uint64_t time_ns, double position_m) {
+    const std::uint64_t before_ns =
+        snapshot_.snapshot_id == 0 ? time_ns : snapshot_.state_time_ns[0];
     ++snapshot_.snapshot_id;
-    if (before.snapshot_id == 0) {
-      position_m_.fill(position_m);
-      velocity_m_s_.fill(velocity_m_s);
-      snapshot_.publish_time_ns.fill(time_ns);
-      snapshot_.state_time_ns.fill(time_ns);
-    }
-    push(position_m_, position_m);
-    push(velocity_m_s_, velocity_m_s);
-    const auto period_ns = static_cast<double>(time_ns - before.state_time_ns[0]);
-    push(snapshot_.state_time_ns, time_ns);
-    push(snapshot_.publish_time_ns, time_ns);
-    snapshot_.publish_time_ns[1] =
-        time_ns - static_cast<std::uint64_t>(std::llround(estimate_ * period_ns));
+    before_m_ = snapshot_.snapshot_id == 1 ? position_m : newest_m_;
+    newest_m_ = position_m;
+    snapshot_.state_time_ns = {time_ns, before_ns};
+    const auto period_ns = static_cast<double>(time_ns - before_ns);
+    snapshot_.publish_time_ns = {
+        time_ns, time_ns - static_cast<std::uint64_t>(std::llround(estimate_ * period_ns))};
     snapshot_.history_count = std::min<std::uint64_t>(snapshot_.snapshot_id, proto::kHistoryLength);
-    memory_ = before.snapshot_id == 0 ? at_first_snapshot()
-                                      : after_switch(transition_, memory_, before, snapshot_);
   }
 
-  /// Of predicted velocities and compliances.
-  void predict(std::uint64_t period_ns) { snapshot_.prediction_ns = period_ns; }
-
-  [[nodiscard]] SnapshotWeights weights(std::uint64_t now_ns) const {
-    return snapshot_weights(transition_, memory_, snapshot_, now_ns);
-  }
-
-  /// Where the body is displayed; it moves on at its velocity.
+  /// Where the body is displayed.
   [[nodiscard]] double at(std::uint64_t now_ns) const {
-    const SnapshotWeights shown = weights(now_ns);
-    double sum_m = shown.prediction_s * velocity_m_s_[0];
-    for (std::size_t i = 0; i < shown.position.size(); ++i)
-      sum_m += shown.position[i] * position_m_[i];
-    for (std::size_t i = 0; i < shown.velocity_s.size(); ++i)
-      sum_m += shown.velocity_s[i] * velocity_m_s_[i];
-    return sum_m;
+    const double alpha = snapshot_weights(transition_, snapshot_, now_ns).alpha;
+    return alpha * newest_m_ + (1.0 - alpha) * before_m_;
   }
 
  private:
-  template <class Array>
-  static void push(Array& values, const typename Array::value_type& newest) {
-    std::copy_backward(values.begin(), values.end() - 1, values.end());
-    values.front() = newest;
-  }
-
   Transition transition_;
   double estimate_;
   proto::SnapshotHeader snapshot_{};
-  TransitionMemory memory_ = at_first_snapshot();
-  std::array<double, proto::kHistoryLength> position_m_{}, velocity_m_s_{};
+  double newest_m_ = 0.0, before_m_ = 0.0;
 };
 
 /// Instants of switches from `first_ns` on, their periods uniform within +-jitter of the period.

@@ -63,9 +63,6 @@ inline proto::FieldRecord field_record(std::uint32_t moving, std::uint64_t n) {
                            .velocity_m_s = {0.3F, y, x},
                            .angular_velocity_rad_s = {x, 0.7F, y},
                            .reserved = 0.0F};
-  record.predicted_velocity_m_s = {0.4F, x, y};
-  record.predicted_angular_velocity_rad_s = {y, x, 0.5F};
-  record.response = 2 * moving - 1;
   return record;
 }
 

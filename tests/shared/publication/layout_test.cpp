@@ -13,7 +13,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 12);
+  CHECK(proto::kSegmentVersion == 13);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -58,8 +58,8 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::ToolState, force_N) == 104);
   CHECK(offsetof(proto::ToolState, buttons) == 128);
   CHECK(offsetof(proto::ToolState, before) == 136);
-  CHECK(offsetof(proto::ToolState, device) == 520);
-  CHECK(sizeof(proto::ToolState) == 584);
+  CHECK(offsetof(proto::ToolState, device) == 232);
+  CHECK(sizeof(proto::ToolState) == 296);
 
   CHECK(offsetof(proto::PathSample, position_m) == 8);
   CHECK(offsetof(proto::PathSample, orientation_xyzw) == 32);
@@ -73,18 +73,13 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::TickFigures, wake_up_latency_ns) == 40);
   CHECK(offsetof(proto::TickFigures, missed_ticks) == 48);
   CHECK(offsetof(proto::TickFigures, displayed) == 56);
-  CHECK(sizeof(proto::TickFigures) == 384);
+  CHECK(sizeof(proto::TickFigures) == 96);
   CHECK(offsetof(proto::DisplayedSnapshot, snapshot_id) == 8);
-  CHECK(offsetof(proto::DisplayedSnapshot, position) == 16);
-  CHECK(offsetof(proto::DisplayedSnapshot, velocity_s) == 48);
-  CHECK(offsetof(proto::DisplayedSnapshot, prediction_s) == 72);
-  CHECK(offsetof(proto::DisplayedSnapshot, compliance_lag_s) == 80);
-  CHECK(offsetof(proto::DisplayedSnapshot, modes) == 88);
-  CHECK(offsetof(proto::DisplayedSnapshot, shifts) == 184);
-  CHECK(offsetof(proto::DisplayedSnapshot, alpha) == 312);
-  CHECK(offsetof(proto::DisplayedSnapshot, age_s) == 320);
-  CHECK(sizeof(proto::DisplayedSnapshot) == 328);
-  CHECK(sizeof(proto::BodyShift) == 32);
+  CHECK(offsetof(proto::DisplayedSnapshot, alpha) == 16);
+  CHECK(offsetof(proto::DisplayedSnapshot, age_s) == 24);
+  CHECK(offsetof(proto::DisplayedSnapshot, local_ticks) == 32);
+  CHECK(offsetof(proto::DisplayedSnapshot, is_local) == 36);
+  CHECK(sizeof(proto::DisplayedSnapshot) == 40);
 
   CHECK(offsetof(proto::SceneHeader, material_count) == 64);
   CHECK(offsetof(proto::SceneHeader, tool_slip_speed_m_s) == 84);
@@ -94,14 +89,14 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SceneHeader, materials) == 552);
   CHECK(offsetof(proto::SceneHeader, planes) == 1576);
   CHECK(offsetof(proto::SceneHeader, tool) == 3112);
-  CHECK(offsetof(proto::SceneHeader, field_count) == 3368);
-  CHECK(offsetof(proto::SceneHeader, fields) == 3376);
-  CHECK(offsetof(proto::SceneHeader, model_offset) == 12488);
-  CHECK(offsetof(proto::SceneHeader, hand_count) == 12512);
-  CHECK(offsetof(proto::SceneHeader, hand) == 12516);
-  CHECK(offsetof(proto::SceneHeader, hands) == 12520);
-  CHECK(sizeof(proto::SceneHeader) == 12616);
-  CHECK(offsetof(proto::SceneHeader, touch_lists) == 12080);
+  CHECK(offsetof(proto::SceneHeader, field_count) == 80);
+  CHECK(offsetof(proto::SceneHeader, fields) == 3368);
+  CHECK(offsetof(proto::SceneHeader, model_offset) == 12480);
+  CHECK(offsetof(proto::SceneHeader, hand_count) == 12504);
+  CHECK(offsetof(proto::SceneHeader, hand) == 12508);
+  CHECK(offsetof(proto::SceneHeader, hands) == 12512);
+  CHECK(sizeof(proto::SceneHeader) == 12608);
+  CHECK(offsetof(proto::SceneHeader, touch_lists) == 12072);
   CHECK(offsetof(proto::TouchShape, cell_count) == 8);
   CHECK(offsetof(proto::TouchShape, entry_count) == 12);
   CHECK(offsetof(proto::TouchShape, probe_radius_m) == 16);
@@ -114,27 +109,14 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
 
   CHECK(offsetof(proto::SnapshotHeader, history_count) == 8);
   CHECK(offsetof(proto::SnapshotHeader, state_time_ns) == 16);
-  CHECK(offsetof(proto::SnapshotHeader, publish_time_ns) == 48);
-  CHECK(offsetof(proto::SnapshotHeader, tool_time_ns) == 80);
-  CHECK(offsetof(proto::SnapshotHeader, tool_work_J) == 88);
-  CHECK(offsetof(proto::SnapshotHeader, step_ns) == 96);
-  CHECK(offsetof(proto::SnapshotHeader, contacts) == 104);
-  CHECK(offsetof(proto::SnapshotHeader, prediction_ns) == 112);
-  CHECK(offsetof(proto::SnapshotHeader, mode_count) == 120);
-  CHECK(offsetof(proto::SnapshotHeader, response_count) == 124);
-  CHECK(offsetof(proto::SnapshotHeader, turning_count) == 128);
-  CHECK(offsetof(proto::SnapshotHeader, modes) == 136);
-  CHECK(offsetof(proto::SnapshotHeader, turning) == 376);
-  CHECK(offsetof(proto::SnapshotHeader, largest_response) == 1080);
-  CHECK(offsetof(proto::SnapshotHeader, state_bytes) == 1088);
-  CHECK(offsetof(proto::SnapshotHeader, grid) == 1112);
-  CHECK(sizeof(proto::SnapshotHeader) == 1504);
-  CHECK(sizeof(proto::ResponseMode) == 20);
-  CHECK(offsetof(proto::TurningBody, centre_m) == 4);
-  CHECK(offsetof(proto::TurningBody, velocity_m_s) == 16);
-  CHECK(offsetof(proto::TurningBody, turns) == 28);
-  CHECK(sizeof(proto::TurningBody) == 176);
-  CHECK(sizeof(proto::SphereResponse) == 144);
+  CHECK(offsetof(proto::SnapshotHeader, publish_time_ns) == 32);
+  CHECK(offsetof(proto::SnapshotHeader, tool_time_ns) == 48);
+  CHECK(offsetof(proto::SnapshotHeader, tool_work_J) == 56);
+  CHECK(offsetof(proto::SnapshotHeader, step_ns) == 64);
+  CHECK(offsetof(proto::SnapshotHeader, contacts) == 72);
+  CHECK(offsetof(proto::SnapshotHeader, state_bytes) == 80);
+  CHECK(offsetof(proto::SnapshotHeader, grid) == 104);
+  CHECK(sizeof(proto::SnapshotHeader) == 496);
 
   CHECK(offsetof(proto::GridShape, sphere_count) == 0);
   CHECK(offsetof(proto::GridShape, level_count) == 4);
@@ -170,20 +152,14 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::FieldBody, material) == 124);
   CHECK(offsetof(proto::FieldBody, body) == 128);
   CHECK(sizeof(proto::FieldBody) == 136);
-  CHECK(offsetof(proto::FieldRecord, predicted_velocity_m_s) == 224);
-  CHECK(offsetof(proto::FieldRecord, predicted_angular_velocity_rad_s) == 236);
-  CHECK(offsetof(proto::FieldRecord, response) == 248);
-  CHECK(sizeof(proto::FieldRecord) == 256);
+  CHECK(sizeof(proto::FieldRecord) == 112);
 
   CHECK(sizeof(proto::SphereState) == 24);
-  CHECK(offsetof(proto::SphereRecord, radius_m) == 36);
-  CHECK(offsetof(proto::SphereRecord, predicted_velocity_m_s) == 24);
-  CHECK(offsetof(proto::SphereRecord, response) == 48);
-  CHECK(offsetof(proto::SphereRecord, older) == 64);
-  CHECK(offsetof(proto::SphereRecord, oldest_position_m) == 112);
-  CHECK(offsetof(proto::SphereRecord, material) == 40);
-  CHECK(offsetof(proto::SphereRecord, body) == 44);
-  CHECK(sizeof(proto::SphereRecord) == 128);
+  CHECK(offsetof(proto::SphereRecord, before) == 24);
+  CHECK(offsetof(proto::SphereRecord, radius_m) == 48);
+  CHECK(offsetof(proto::SphereRecord, material) == 52);
+  CHECK(offsetof(proto::SphereRecord, body) == 56);
+  CHECK(sizeof(proto::SphereRecord) == 64);
 }
 
 TEST_CASE("A tool segment is its header, its path and two slots", "[layout]") {
@@ -191,8 +167,8 @@ TEST_CASE("A tool segment is its header, its path and two slots", "[layout]") {
   ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
 
   CHECK(writer.header().size_bytes == 364544);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{360960, 361664});
-  CHECK(writer.header().payload_bytes == 584);
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{360960, 361344});
+  CHECK(writer.header().payload_bytes == 296);
 }
 
 TEST_CASE("A scene segment is its header, its static spheres twice and two slots", "[layout]") {
@@ -201,11 +177,11 @@ TEST_CASE("A scene segment is its header, its static spheres twice and two slots
   const proto::SegmentHeader& header = scene.writer().header();
 
   // Starts of 8 cells a sphere and 512 more, to a multiple of 64 bytes.
-  const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
-  const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
-  const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64 + 144 * 7;
+  const std::size_t static_bytes = 64 * 10 + 2432 + 16 * 13 + 4 * 10;
+  const std::size_t grid_bytes = 512 + 64 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64;
   const proto::TouchShape& lists = scene.writer().scene().touch_lists;
-  CHECK(lists.offset == (13120 + static_bytes + 63) / 64 * 64);
+  CHECK(lists.offset == (13056 + static_bytes + 63) / 64 * 64);
   const std::size_t list_bytes =
       (std::size_t{lists.cell_count} * 4 + 4 + 63) / 64 * 64 + std::size_t{lists.entry_count} * 32;
   const std::size_t first_slot = (lists.offset + list_bytes + 63) / 64 * 64;
@@ -215,17 +191,16 @@ TEST_CASE("A scene segment is its header, its static spheres twice and two slots
   CHECK(header.size_bytes % 4096 == 0);
 }
 
-TEST_CASE("Fields stand behind the touch lists, and their records behind the responses",
-          "[layout]") {
+TEST_CASE("Fields stand behind the touch lists, and their records behind the grid", "[layout]") {
   const TestSession session;
   const StaticScene scene = field_scene();
   SceneWriter writer(session.name(), scene, kMovingSpheres, kPeriod_ns, proto::Clock::kVirtual, 0);
   const auto to_line = [](std::size_t bytes) { return (bytes + 63) / 64 * 64; };
 
-  const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
+  const std::size_t static_bytes = 64 * 10 + 2432 + 16 * 13 + 4 * 10;
   const PublishedField &ball = scene.fields[0], &slab = scene.fields[1];
   const proto::TouchShape& lists = writer.scene().touch_lists;
-  CHECK(lists.offset == to_line(13120 + static_bytes));
+  CHECK(lists.offset == to_line(13056 + static_bytes));
   const std::size_t list_bytes =
       to_line(std::size_t{lists.cell_count} * 4 + 4) + std::size_t{lists.entry_count} * 32;
   const std::size_t first = to_line(lists.offset + list_bytes),
@@ -236,9 +211,8 @@ TEST_CASE("Fields stand behind the touch lists, and their records behind the res
   CHECK(scene.fields[2].field == ball.field);
   CHECK(writer.header().slot_offset[0] == to_line(second + slab.field->bytes()));
 
-  const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
-  const std::size_t responses_bytes = 144 * (7 + 2 * 2);
-  CHECK(writer.header().payload_bytes == to_line(to_line(grid_bytes) + responses_bytes) + 256 * 2);
+  const std::size_t grid_bytes = 512 + 64 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  CHECK(writer.header().payload_bytes == to_line(grid_bytes) + 112 * 2);
 }
 
 TEST_CASE("A field of known size takes the bytes that docs/protocol.md says", "[layout]") {
@@ -258,11 +232,11 @@ TEST_CASE("A field of known size takes the bytes that docs/protocol.md says", "[
   CHECK(layout.total_words * 8 == 840 + 240 + 840 + 864 * 7);
 }
 
-TEST_CASE("100 moving spheres make a payload of 21696 bytes", "[layout]") {
+TEST_CASE("100 moving spheres make a payload of 14272 bytes", "[layout]") {
   const collision::GridLayout layout = collision::grid_layout(sizeof(proto::SnapshotHeader), 100);
   CHECK(layout.cell_capacity == 1312);
-  CHECK(layout.records * 8 == 1536);
-  CHECK(layout.total_words * 8 == 21696);
+  CHECK(layout.records * 8 == 512);
+  CHECK(layout.total_words * 8 == 14272);
 }
 
 }  // namespace

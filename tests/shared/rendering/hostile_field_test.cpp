@@ -6,7 +6,8 @@
 #include <limits>
 #include <random>
 
-#include "shared/rendering/compliant_renderer.hpp"
+#include "shared/rendering/renderer.hpp"
+#include "shared/rendering/snapshot_renderer.hpp"
 #include "shared/rendering/touched_fields.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
@@ -24,24 +25,14 @@ publication::StaticScene fixture() {
 }
 constexpr double kTouching_m = 0.023;
 
-/// A ball that gives way to the hand a little.
-ShownPrediction gives_way() {
-  ShownPrediction told;
-  told.period_ns = kPeriod_ns;
-  add_mode(told, {{0.0, 0.0, 1e-3}, Vector3d::Zero()}, {0.0, 0.0, -1.0});
-  told.responses[1].modes[0] = {2.0F, 0.0F, 0.0F};
-  return told;
-}
-
 /// What a tool feels that touches a ball whose record was spoilt.
 template <class Spoil>
-std::vector<RenderedTick> felt_when(Spoil&& spoil, ShownPrediction told = gives_way()) {
+std::vector<RenderedTick> felt_when(Spoil&& spoil) {
   PublishedScene scene(fixture(), {}, kPeriod_ns);
   scene.fields.resize(1);
   collision::fill_history(scene.fields[0], field_state({}));
-  scene.fields[0].response = 1;
-  spoil(scene.fields[0], told);
-  scene.show({}, {}, kPeriod_ns, 0, told);
+  spoil(scene.fields[0]);
+  scene.show({}, kPeriod_ns);
   std::vector<RenderedTick> ticks;
   for (const display::TransitionLaw& law : display::transitions()) {
     const auto renderer = make_renderer(law.transition);
@@ -53,7 +44,7 @@ std::vector<RenderedTick> felt_when(Spoil&& spoil, ShownPrediction told = gives_
 }
 template <class Spoil>
 bool is_left_out(Spoil&& spoil) {
-  const auto ticks = felt_when([&](proto::FieldRecord& record, auto&) { spoil(record); });
+  const auto ticks = felt_when(spoil);
   return std::all_of(ticks.begin(), ticks.end(), [](const RenderedTick& tick) {
     return tick.force.contacts == 0 && tick.force.force_N.isZero();
   });
@@ -73,34 +64,6 @@ TEST_CASE("A field whose place is none is left out of the tick", "[hostile_field
   CHECK(is_left_out([](auto& record) { record.history[0].orientation_xyzw[3] = 1.01F; }));
 }
 
-TEST_CASE("A predicted velocity that is none leaves the field out of what follows it",
-          "[hostile_field]") {
-  for (const float bad : {kNaN, INFINITY, -3e6F}) {
-    const auto ticks = felt_when([&](proto::FieldRecord& record, auto&) {
-      record.predicted_angular_velocity_rad_s[1] = bad;
-    });
-    for (const RenderedTick& tick : ticks)
-      if (tick.weights.prediction_s > 0.0) CHECK(tick.force.contacts == 0);
-    CHECK(ticks.front().force.contacts == 1);
-  }
-}
-
-TEST_CASE("A response that lies is none, and the field is felt stiff", "[hostile_field]") {
-  const auto stiff = [](const std::vector<RenderedTick>& ticks) {
-    return std::all_of(ticks.begin(), ticks.end(), [](const RenderedTick& tick) {
-      return tick.force.force_N.z() == Approx(700.0 * 0.002).margin(0.03);
-    });
-  };
-  CHECK_FALSE(stiff(felt_when([](auto&, auto&) {})));
-  CHECK(stiff(felt_when([](auto& record, auto&) { record.response = 0; })));
-  CHECK(stiff(felt_when([](auto& record, auto&) { record.response = 2; })));
-  CHECK(stiff(felt_when([](auto& record, auto&) { record.response = 0xFFFFFFFF; })));
-  for (const float bad : {kNaN, INFINITY, 1e30F}) {
-    CHECK(stiff(felt_when([&](auto&, auto& told) { told.responses[0].modes[0][2] = bad; })));
-    CHECK(stiff(felt_when([&](auto&, auto& told) { told.responses[1].modes[0][0] = bad; })));
-  }
-}
-
 TEST_CASE("Words of any kind in a slot make no force that is none, and no tick without a bound",
           "[hostile_field]") {
   std::mt19937 random(GENERATE(1U, 2U, 3U, 4U, 5U));
@@ -114,14 +77,8 @@ TEST_CASE("Words of any kind in a slot make no force that is none, and no tick w
     renderers.push_back(make_renderer(law.transition));
   int touched = 0;
   for (std::uint64_t n = 1; n <= 40; ++n) {
-    ShownPrediction told = gives_way();
-    for (proto::SphereResponse& response : told.responses)
-      for (auto& mode : response.modes)
-        for (float& x : mode)
-          if (random() % 4 == 0) x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
     for (proto::FieldRecord& record : scene.fields) {
       collision::push_snapshot(record, field_state({}));
-      record.response = static_cast<std::uint32_t>(random() % 4);
       // Most words as they were: what is refused at once tries nothing else.
       auto words = std::bit_cast<std::array<std::uint32_t, sizeof(record) / 4>>(record);
       for (std::uint32_t& word : words)
@@ -130,7 +87,7 @@ TEST_CASE("Words of any kind in a slot make no force that is none, and no tick w
                                    : std::bit_cast<std::uint32_t>(0.3F);
       record = std::bit_cast<proto::FieldRecord>(words);
     }
-    scene.show({}, {}, n * kPeriod_ns, 0, told);
+    scene.show({}, n * kPeriod_ns);
     for (std::uint64_t ms = 0; ms < 30; ms += 7)
       for (const auto& renderer : renderers) {
         const RenderedTick tick =
@@ -158,7 +115,7 @@ TEST_CASE("More contacts than a tick keeps are told, as is more work", "[hostile
   };
   const RenderedTick many = render(0.023);
   CHECK(many.truncated);
-  CHECK(many.force.contacts == static_cast<int>(TouchedSpheres::kFieldCapacity));
+  CHECK(many.force.contacts == static_cast<int>(TouchedSpheres::kCapacity));
   CHECK_FALSE(render(0.5).truncated);
   CHECK(render(-0.5).truncated);  // each a way through
 }
@@ -168,7 +125,7 @@ TEST_CASE("A tick that meets fields allocates nothing, at a switch neither", "[h
     WARN("skipped: only the address sanitizer counts allocations");
     return;
   }
-  const auto transition = GENERATE(display::Transition::kHermite, display::Transition::kPredict);
+  const auto transition = GENERATE(display::Transition::kLinear, display::Transition::kLocal);
   PublishedScene scene(still_field(fixture(), box_field({0.02, 0.02, 0.001}), {}), {}, kPeriod_ns);
   scene.fields.resize(1);
   const auto renderer = make_renderer(transition);
@@ -176,8 +133,7 @@ TEST_CASE("A tick that meets fields allocates nothing, at a switch neither", "[h
   std::uint64_t allocations = 0;
   for (std::uint64_t n = 1; n <= 4; ++n) {
     collision::push_snapshot(scene.fields[0], field_state({}));
-    scene.fields[0].response = 1;
-    scene.show({}, {}, n * kPeriod_ns, 0, gives_way());
+    scene.show({}, n * kPeriod_ns);
     const auto before = devices::allocation_count();
     for (std::uint64_t ms = 0; ms < 30; ++ms)
       contacts += renderer

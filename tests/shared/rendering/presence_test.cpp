@@ -1,8 +1,6 @@
 // Spheres that appear and vanish: absent from a snapshot in which their position is not a number.
 
-#include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <limits>
 
 #include "shared/rendering/renderer.hpp"
@@ -29,12 +27,10 @@ struct Visitor {
   explicit Visitor(display::Transition transition) : renderer(make_renderer(transition)) {}
 
   void show(bool is_present) {
-    ShownPrediction prediction;
-    prediction.period_ns = kPeriod_ns;
     const Eigen::Vector3d away_m(0.3, 1.0, 0.0);
     const Eigen::Vector3d still = Eigen::Vector3d::Zero();
     scene.show({is_present ? place_m : absent(), away_m, absent()},
-               {is_present ? still : absent(), still, still}, now_ns, 0, prediction);
+               {is_present ? still : absent(), still, still}, now_ns);
   }
   RenderedTick tick() const {
     return renderer->render(scene.view(), {.position_m = {0.3, 0.0, 0.016}}, now_ns);
@@ -49,15 +45,6 @@ struct Visitor {
     return forces;
   }
 };
-
-double largest_step(std::vector<double> forces_N, double before_N) {
-  double most_N = 0.0;
-  for (const double force_N : forces_N) {
-    most_N = std::max(most_N, std::abs(force_N - before_N));
-    before_N = force_N;
-  }
-  return most_N;
-}
 
 TEST_CASE("Held snapshots show a sphere that appears at once, and one that vanishes no more",
           "[presence]") {
@@ -100,41 +87,6 @@ TEST_CASE("It is displayed where it was or will be, not drawn to where it is not
   visitor.forces_N(16);
   const Eigen::Vector3d force_N = visitor.tick().force.force_N;
   CHECK(force_N.x() / force_N.z() == Approx(-0.006 / 0.016).epsilon(1e-4));
-}
-
-TEST_CASE(
-    "Of an early snapshot too restart, hermite, playout and predict let nothing appear by a jump",
-    "[presence]") {
-  const display::Transition transition =
-      GENERATE(display::Transition::kRestart, display::Transition::kHermite,
-               display::Transition::kPlayout, display::Transition::kPredict);
-  CAPTURE(display::name_of(transition));
-  Visitor visitor(transition);
-  double last_N = 0.0, most_N = 0.0, full_N = 0.0;
-  for (const bool is_present : {false, false, true, true, true, true, false, true, false, false}) {
-    visitor.show(is_present);
-    const std::vector<double> forces_N = visitor.forces_N(is_present ? 22 : 32);
-    most_N = std::max(most_N, largest_step(forces_N, last_N));
-    last_N = forces_N.back();
-    full_N = std::max(full_N, last_N);
-  }
-  CHECK(full_N == Approx(kFull_N).epsilon(1e-4));
-  CHECK(most_N < 0.125 * kFull_N);  // whole within 8 ms at the quickest
-}
-
-TEST_CASE("Predict goes on from the force that it showed when a sphere appears or vanishes",
-          "[presence]") {
-  Visitor visitor(display::Transition::kPredict);
-  visitor.show(false);
-  visitor.forces_N();
-  for (const bool is_present : {true, false}) {
-    visitor.show(is_present);
-    const RenderedTick tick = visitor.tick();
-    REQUIRE(tick.switch_jump_N);  // of the snapshots, which no shift hides
-    CHECK(*tick.switch_jump_N == Approx(kFull_N).epsilon(1e-4));
-    CHECK(tick.force.force_N.z() == Approx(is_present ? 0.0 : kFull_N).margin(1e-4));
-    CHECK(visitor.forces_N().back() == Approx(is_present ? kFull_N : 0.0).margin(1e-4));
-  }
 }
 
 }  // namespace

@@ -19,8 +19,7 @@ double seconds(std::uint64_t time_ns) {
   return static_cast<double>(time_ns) * 1e-9;
 }
 
-/// Spheres on paths, shown every period; predicted velocities lead to where they are a period
-/// later.
+/// Spheres on paths, shown every period.
 struct MovingBody {
   std::vector<Path> paths;
   PublishedScene scene;
@@ -35,15 +34,12 @@ struct MovingBody {
 
   void show() {
     std::vector<Eigen::Vector3d> places_m, velocities_m_s;
-    ShownPrediction prediction;
-    prediction.period_ns = kPeriod_ns;
     const double t = seconds(now_ns), moment_s = 1e-6;
     for (const Path& path : paths) {
       places_m.push_back(path(t));
       velocities_m_s.push_back((path(t + moment_s) - path(t - moment_s)) / (2.0 * moment_s));
-      prediction.predicted_velocity_m_s.push_back((path(t + kPeriod_s) - path(t)) / kPeriod_s);
     }
-    scene.show(places_m, velocities_m_s, now_ns, 0, prediction);
+    scene.show(places_m, velocities_m_s, now_ns);
   }
 
   /// Six snapshots, ticks between, and then so long after the last one.
@@ -89,31 +85,9 @@ double felt_radius(display::Transition transition, std::uint64_t after_ns, doubl
 TEST_CASE("2.3 A body that turns half a radian a period shrinks by 3.109 % on linear's chord",
           "[shape]") {
   CHECK(1.0 - std::cos(0.25) == Approx(0.03109).epsilon(1e-3));
-  const display::Transition transition = GENERATE(
-      display::Transition::kLinear, display::Transition::kRestart, display::Transition::kPlayout);
-  CHECK(1.0 - felt_radius(transition, kPeriod_ns / 2, kPeriod_s) == Approx(0.03109).epsilon(1e-3));
-  CHECK(felt_radius(transition, 0, kPeriod_s) == Approx(1.0).epsilon(1e-5));
-}
-
-TEST_CASE("Hermite keeps the size of a body that turns, to phi^4 / 384", "[shape]") {
-  const double bound = std::pow(kTurn_rad, 4) / 384.0;  // 1.6e-4
-  for (const std::uint64_t after_ns : {kPeriod_ns / 4, kPeriod_ns / 2, 3 * kPeriod_ns / 4})
-    CHECK(std::abs(1.0 - felt_radius(display::Transition::kHermite, after_ns, kPeriod_s)) <
-          1.1 * bound);
-}
-
-TEST_CASE("Extrapolation lets a body that turns grow on the tangent, by 11.8 % in half a radian",
-          "[shape]") {
-  CHECK(felt_radius(display::Transition::kExtrapolate, kPeriod_ns - 1, 0.0) ==
-        Approx(std::sqrt(1.0 + kTurn_rad * kTurn_rad)).epsilon(1e-4));
-}
-
-TEST_CASE("Predict shrinks on the chord to the predicted snapshot as linear does, but without lag",
-          "[shape]") {
-  CHECK(1.0 - felt_radius(display::Transition::kPredict, kPeriod_ns / 2, 0.0) ==
+  CHECK(1.0 - felt_radius(display::Transition::kLinear, kPeriod_ns / 2, kPeriod_s) ==
         Approx(0.03109).epsilon(1e-3));
-  CHECK(felt_radius(display::Transition::kPredict, kPeriod_ns - 1, 0.0) ==
-        Approx(1.0).epsilon(1e-4));
+  CHECK(felt_radius(display::Transition::kLinear, 0, kPeriod_s) == Approx(1.0).epsilon(1e-5));
 }
 
 /// A row of spheres that stretches and bends, each sphere at its own steady speed.
@@ -127,22 +101,12 @@ std::vector<Path> deforming_row() {
   return paths;
 }
 
-TEST_CASE("A deforming body has the shape of one instant, a period ago or of the present",
-          "[shape]") {
-  struct Row {
-    display::Transition transition;
-    double lag_s;
-  };
-  const Row row = GENERATE(
-      Row{display::Transition::kLinear, kPeriod_s}, Row{display::Transition::kRestart, kPeriod_s},
-      Row{display::Transition::kHermite, kPeriod_s}, Row{display::Transition::kPlayout, kPeriod_s},
-      Row{display::Transition::kExtrapolate, 0.0}, Row{display::Transition::kPredict, 0.0});
-  CAPTURE(display::name_of(row.transition));
+TEST_CASE("A deforming body has the shape of one instant, a period ago", "[shape]") {
   const std::uint64_t after_ns = GENERATE(as<std::uint64_t>(), 3, 17, 29) * kMillisecond_ns;
-  MovingBody body(row.transition, deforming_row());
+  MovingBody body(display::Transition::kLinear, deforming_row());
   body.run(after_ns);
   for (const Path& path : body.paths) {
-    const Eigen::Vector3d there_m = path(seconds(body.now_ns) - row.lag_s);
+    const Eigen::Vector3d there_m = path(seconds(body.now_ns) - kPeriod_s);
     CHECK((body.seen_m(there_m + Eigen::Vector3d(0.001, 0.002, 0.016)) - there_m).norm() < 2e-7);
   }
 }

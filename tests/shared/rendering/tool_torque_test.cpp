@@ -91,7 +91,6 @@ TEST_CASE("Tool and touched sphere get opposite forces at one point, whoever is 
       const ToolPose pose{.position_m = Eigen::Vector3d::Zero(), .velocity_m_s = tool_m_s};
       TouchedSpheres touched;
       touched.spheres[0] = {other_m, other_m_s, other_radius_m, 0, 0, false};
-      touched.spheres[0].seen_m = other_m;
       touched.count = 1;
       const std::array<PlacedToolSphere, 1> tool{{{tool_m, tool_radius_m, tool_m}}};
       return tool_force(scene, touched, tool, pose);  // moments about the scene's origin

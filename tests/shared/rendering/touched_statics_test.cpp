@@ -17,7 +17,7 @@ auto told(const TouchedSphere& sphere) {
   const auto numbers = [](const Eigen::Vector3d& v) { return std::tuple(v.x(), v.y(), v.z()); };
   return std::tuple(sphere.tool_sphere, sphere.number, sphere.body, sphere.material, sphere.swept,
                     sphere.radius_m, sphere.presence, numbers(sphere.position_m),
-                    numbers(sphere.seen_m), numbers(sphere.base_m), numbers(sphere.velocity_m_s));
+                    numbers(sphere.velocity_m_s));
 }
 
 auto all_told(const TouchedSpheres& touched) {
@@ -64,7 +64,7 @@ TEST_CASE("Static spheres are those that trying the grid's finds, at any speed o
       for (PlacedToolSphere& sphere : tool) sphere.before_m -= step_m;
       TouchedSpheres listed, expected;
       gather_statics(view.touch_lists(), view.static_grid(), tool, listed);
-      gather_touched(view.static_grid(), held_snapshot(0), tool, expected);
+      gather_touched(view.static_grid(), {}, tool, expected);
       if (all_told(listed) != all_told(expected))
         FAIL("seed " << seed << ": " << listed.count << " spheres, expected " << expected.count);
       touched_in_all += listed.count;
@@ -99,7 +99,7 @@ TEST_CASE("Among dense static spheres a large tool is held as by the grid's", "[
     const auto tool = place_tool(scene.view().scene(), pose, spheres);
     TouchedSpheres listed, expected;
     gather_statics(scene.view().touch_lists(), scene.view().static_grid(), tool, listed);
-    gather_touched(scene.view().static_grid(), held_snapshot(0), tool, expected);
+    gather_touched(scene.view().static_grid(), {}, tool, expected);
     REQUIRE(expected.count > 0);
     CHECK(all_told(listed) == all_told(expected));
     CHECK(listed.truncated == expected.truncated);
@@ -134,7 +134,7 @@ TEST_CASE("Visits are bounded for all spheres of the tool together, and end with
   const auto tool = place_tool(scene.view().scene(), {}, spheres);
   TouchedSpheres touched;
   const auto visits = [&] { return kMaxVisits - touched.visits_left; };
-  gather_touched(scene.view().static_grid(), held_snapshot(0), tool, touched);
+  gather_touched(scene.view().static_grid(), {}, tool, touched);
   CHECK(touched.truncated);
   CHECK(visits() < 2 * TouchedSpheres::kCapacity);  // it is full
   touched.clear();
@@ -143,7 +143,7 @@ TEST_CASE("Visits are bounded for all spheres of the tool together, and end with
   CHECK(visits() < 2 * TouchedSpheres::kCapacity);
   touched.clear();
   touched.visits_left = 100;
-  gather_touched(scene.view().static_grid(), held_snapshot(0), tool, touched);
+  gather_touched(scene.view().static_grid(), {}, tool, touched);
   CHECK(touched.truncated);
   CHECK(touched.visits_left == 0);
   CHECK(touched.count <= 100);
