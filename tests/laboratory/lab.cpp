@@ -9,11 +9,11 @@
 #include "shared/publication/tool_segment.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/processor_time.hpp"
+#include "shared/rendering/local_copy.hpp"
 #include "sim_server/lockstep_simulation.hpp"
 #include "sim_server/published_scene.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "tests/laboratory/path_file.hpp"
-#include "tests/laboratory/rivals/shipped_step.hpp"
 
 namespace stillgrid::laboratory {
 namespace {
@@ -38,7 +38,7 @@ std::unique_ptr<Network> network_of(const scene::SceneDescription& scene, const 
   if (!options.network) return nullptr;
   const dynamics::Simulation& simulated = simulation.simulation();
   auto network = std::make_unique<Network>(scene, simulated, *options.network, options.seed);
-  network->send(simulated, {.state_ns = 0, .publish_ns = 0}, {});
+  network->send(simulated, {.state_ns = 0, .publish_ns = 0});
   return network;
 }
 
@@ -103,8 +103,9 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
     simulation.follow(tool_view);
   const std::unique_ptr<Network> network = network_of(scene, options, simulation);
   const publication::SceneView& scene_view = network ? network->view() : own_view;
+  const auto local =
+      scene_view.model().empty() ? nullptr : std::make_unique<rendering::LocalCopy>(scene_view);
   auto renderer = make_renderer(options.rival, options.transition);
-  auto* const sees_steps = dynamic_cast<SeesSteps*>(renderer.get());
   const auto run_to = [&](std::uint64_t now_ns, bool at_now) {
     simulation.run_to(
         now_ns, at_now,
@@ -116,10 +117,9 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
         },
         [&](dynamics::Simulation& stepped, const dynamics::StepReport& report) {
           record.take(stepped, report);
-          if (sees_steps != nullptr) sees_steps->after_step(stepped);
         },
         [&](const auto& simulated, const auto& times) {
-          if (network) network->send(simulated, times, {});
+          if (network) network->send(simulated, times);
         });
     if (network) network->deliver(now_ns);
   };
@@ -145,7 +145,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
       run_to(now_ns, true);
       const std::uint64_t began_ns = options.measures_ticks ? realtime::monotonic_ns() : 0;
       recording::TickRow row;
-      end = loop->act(scene_view, true, now_ns, row);
+      end = loop->act(scene_view, true, now_ns, row, {}, local.get());
       if (options.measures_ticks) row.tick_ns = realtime::monotonic_ns() - began_ns;
       if (options.watch && !options.watch(row)) break;
       if (!options.watch) keep(row);
@@ -170,7 +170,7 @@ LabRun run_reference(const scene::SceneDescription& scene, const LabOptions& opt
   low_latency.device = "replay:file=" + path.path().string();
   low_latency.rival = nullptr;
   low_latency.transition = display::Transition::kHold;
-  low_latency.latency_s = low_latency.jitter = low_latency.prediction_s = 0.0;
+  low_latency.latency_s = low_latency.jitter = 0.0;
   low_latency.network.reset();
   return run_lab(fine, low_latency);
 }

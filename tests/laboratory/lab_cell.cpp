@@ -152,7 +152,6 @@ LabOptions options_of(const LabCell& cell) {
                      .rival = rival,
                      .transition = *transition,
                      .latency_s = cell.latency_share * cell.period_s,
-                     .prediction_s = cell.prediction_s,
                      .jitter = cell.jitter,
                      .seed = cell.seed,
                      .duration_s = cell.duration_s};

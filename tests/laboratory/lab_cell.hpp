@@ -22,11 +22,10 @@ struct LabCell {
   std::string device = "light";  // light, hand, none, or as haptic_server --device takes it
   std::string limits = "none";   // or declared: by light, hand, none of force, slew, friction
   std::string from = "inside";   // in contact; or outside: light, hand, none come from 10 mm above
-  std::string transition = "predict", model = "grid";
+  std::string transition = "local", model = "grid";
   double period_s = 0.01;      // of the simulation
   double latency_share = 0.0;  // what a step costs, of the period
   double jitter = 0.0;
-  double prediction_s = 0.0;    // of the step that snapshots predict; 0: the period
   NetworkOptions network = {};  // both sides share memory where it does nothing
   std::uint64_t seed = 1;       // of jitter and network
   int seeds = 8;                // of a verdict: seed and those after it, the worst of which counts

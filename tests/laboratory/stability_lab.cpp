@@ -79,7 +79,7 @@ void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
   app.add_option(
       "--from", axes.from,
       "Of light, hand, none: inside, in contact, or outside, 10 mm above; default inside");
-  app.add_option("--transition", axes.transition, "Default predict");
+  app.add_option("--transition", axes.transition, "Default local");
   app.add_option("--model", axes.model, "Default grid");
   app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
       ->check(command_line::number_in(1e-4, 10.0));
@@ -115,9 +115,6 @@ void add_cell_options(CLI::App& app, Arguments& arguments) {
   add_axes<std::string, double>(
       app, {cell.scene, cell.tool, cell.device, cell.limits, cell.from, cell.transition, cell.model,
             cell.period_s, cell.latency_share, cell.jitter});
-  app.add_option("--prediction", cell.prediction_s,
-                 "Of the step that snapshots predict, s; default the period")
-      ->check(command_line::number_in(1e-4, 10.0));
   add_network_options(app, cell.network);
   add_shared_options(app, arguments);
 }

@@ -12,7 +12,7 @@ namespace stillgrid::laboratory {
 struct StabilityMap {
   LabCell common;  // the rest of each cell
   std::vector<std::string> scenes = {"wall"}, tools = {"1x1"}, devices = {"light"},
-                           limits = {"none"}, froms = {"inside"}, transitions = {"predict"},
+                           limits = {"none"}, froms = {"inside"}, transitions = {"local"},
                            models = {"grid"};
   std::vector<double> periods_s = {0.01}, latency_shares = {0.0}, jitters = {0.0};
 };

@@ -6,8 +6,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "shared/display/response.hpp"
-
 namespace stillgrid::laboratory::two_rate {
 namespace {
 
@@ -15,9 +13,8 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-/// Snapshots that the display may need: the history, one that is made but not yet shown, and one
-/// more whose position gives the oldest's velocity.
-constexpr int kSnapshots = static_cast<int>(proto::kHistoryLength) + 2;
+/// Snapshots that the display may need: the history, and one that is made but not yet shown.
+constexpr int kSnapshots = static_cast<int>(proto::kHistoryLength) + 1;
 
 /// Where each quantity stands in the state. Snapshots are counted back from the newest made.
 struct Layout {
@@ -26,14 +23,11 @@ struct Layout {
   static constexpr int kTool = 0;  // position, velocity
   [[nodiscard]] int positions() const { return 2; }
   [[nodiscard]] int velocities() const { return 2 + masses; }
-  /// Of the newest snapshot and the one before: its predicted velocity, and the tool's force in it.
-  [[nodiscard]] int drift(int back) const { return 2 + 2 * masses + back; }
-  [[nodiscard]] int force(int back) const { return 4 + 2 * masses + back; }
   /// The touched mass's position.
   [[nodiscard]] int snapshot(int back) const {
-    return back == 0 ? positions() : 5 + 2 * masses + back;
+    return back == 0 ? positions() : 1 + 2 * masses + back;
   }
-  [[nodiscard]] int size() const { return 5 + 2 * masses + kSnapshots; }
+  [[nodiscard]] int size() const { return 1 + 2 * masses + kSnapshots; }
 };
 
 MatrixXd stiffness_of(const Body& body) {
@@ -83,62 +77,17 @@ MatrixXd body_step(const Layout& at, const Body& body, double period_s, double c
   step.block(at.positions(), at.positions(), n, n) += MatrixXd::Identity(n, n);
   for (int back = 1; back < kSnapshots; ++back)
     step(at.snapshot(back), at.snapshot(back - 1)) = 1.0;
-  step(at.force(1), at.force(0)) = 1.0;
-  step(at.drift(1), at.drift(0)) = 1.0;
-  step.row(at.force(0)) = contact * step;
-  // The velocity of a further step, were the tool's force to stay.
-  momentum = momentum_rows(at, body, period_s) * step;
-  momentum.row(0) += period_s * step.row(at.force(0));
-  step.row(at.drift(0)) = step_inertia(body, period_s, 0.0).partialPivLu().solve(momentum).row(0);
   return step;
-}
-
-/// How the step gives way to a push on the touched mass: one mode.
-struct Response {
-  double compliance_m_per_N, inertia_share;
-};
-Response response_of(const Body& body, double period_s) {
-  const MatrixXd resistance = step_inertia(body, period_s, 0.0);
-  const VectorXd answer = resistance.partialPivLu().solve(VectorXd::Unit(body.masses, 0));
-  return {period_s * period_s * answer[0], body.mass_kg * answer.squaredNorm() / answer[0]};
 }
 
 /// The force on the tool as a row over the state, the newest snapshot shown being `unshown`
 /// snapshots old.
 RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& displayed, int unshown,
-                       double period_s, const Response& response, double contact_N_per_m,
-                       const RowVectorXd& tool) {
+                       double contact_N_per_m, const RowVectorXd& tool) {
   RowVectorXd shown = RowVectorXd::Zero(at.size());
-  for (std::size_t i = 0; i < displayed.position.size(); ++i)
-    shown[at.snapshot(unshown + static_cast<int>(i))] += displayed.position[i];
-  for (std::size_t i = 0; i < displayed.velocity_s.size(); ++i) {
-    // Implicit Euler's velocity is its last step's difference.
-    const int snapshot = unshown + static_cast<int>(i);
-    shown[at.snapshot(snapshot)] += displayed.velocity_s[i] / period_s;
-    shown[at.snapshot(snapshot + 1)] -= displayed.velocity_s[i] / period_s;
-  }
-  const double body_kg = period_s * period_s * response.inertia_share / response.compliance_m_per_N;
-  shown[at.drift(unshown)] +=
-      displayed.prediction_s -
-      (displayed.compliance_lag_s > 0.0 ? display::prediction_lag_s(period_s, body_kg) : 0.0);
-  // c = shown + answer (force - the snapshot's force), force = K (tool - c). The mode's
-  // displacement over the step is the touched mass's own.
-  const double inertia_share = response.inertia_share;
-  const auto law_of = [&](float displacement, float at_velocity) {
-    return display::mode_law({.inertia_share = static_cast<float>(inertia_share),
-                              .push = 0.0F,
-                              .displacement = displacement,
-                              .at_velocity = at_velocity,
-                              .damping_share = proto::kOneStep},
-                             displayed.step_share);
-  };
-  shown[at.drift(unshown)] += period_s * law_of(1.0F, 0.0F).offset;
-  const double by_velocity = law_of(0.0F, 1.0F).offset;
-  shown[at.snapshot(unshown)] += by_velocity;
-  shown[at.snapshot(unshown + 1)] -= by_velocity;
-  const double compliance = law_of(0.0F, 0.0F).compliance * response.compliance_m_per_N;
-  shown[at.force(unshown)] -= compliance;
-  return contact_N_per_m / (1.0 + compliance * contact_N_per_m) * (shown - tool);
+  shown[at.snapshot(unshown)] += displayed.alpha;
+  shown[at.snapshot(unshown + 1)] += 1.0 - displayed.alpha;
+  return contact_N_per_m * (shown - tool);
 }
 
 }  // namespace
@@ -169,22 +118,20 @@ std::vector<Body> reacting_bodies() {
 MatrixXd monodromy(const Loop& loop, double contact_N_per_m) {
   const int period_ticks = static_cast<int>(loop.cycle.size());
   assert(period_ticks > 0 && loop.sample_age_ticks >= 0 && loop.sample_age_ticks <= period_ticks);
-  const double period_s = period_ticks * kTick_s;
   const Layout at{loop.body.masses};
   const HeldTick tick = held_tick(loop.device);
 
-  const Response response = response_of(loop.body, period_s);
   MatrixXd tool = MatrixXd::Identity(2, at.size());
   for (int i = 0; i < period_ticks; ++i) {
     const int since_display = i - loop.sample_age_ticks;
     const auto k = static_cast<std::size_t>((since_display + period_ticks) % period_ticks);
-    const RowVectorXd force = tool_force(at, loop.cycle[k], since_display < 0 ? 1 : 0, period_s,
-                                         response, contact_N_per_m, tool.row(0));
+    const RowVectorXd force =
+        tool_force(at, loop.cycle[k], since_display < 0 ? 1 : 0, contact_N_per_m, tool.row(0));
     tool = (tick.transition * tool + tick.input * force).eval();
   }
   MatrixXd after_step = MatrixXd::Identity(at.size(), at.size());
   after_step.topRows(2) = tool;
-  return after_step * body_step(at, loop.body, period_s, contact_N_per_m);
+  return after_step * body_step(at, loop.body, period_ticks * kTick_s, contact_N_per_m);
 }
 
 MatrixXd held_force_monodromy(const Device& device, const Body& body, int period_ticks,

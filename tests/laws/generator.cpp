@@ -124,13 +124,11 @@ void draw_clocks(LawCase& law_case, Random& random) {
 void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
   if (wishes.default_display || random.chance(0.4)) return;
   if (wishes.continuous_display) {
-    law_case.transition = random.one_of({"linear", "restart", "hermite", "playout"});
+    law_case.transition = "linear";
     return;
   }
-  // All but the last, `local`, of which law 17 speaks.
   if (random.chance(0.6))
-    law_case.transition =
-        display::transitions()[random.index(display::transitions().size() - 1)].name;
+    law_case.transition = display::transitions()[random.index(display::transitions().size())].name;
   else
     law_case.model = laboratory::rivals()[random.index(laboratory::rivals().size())].name;
 }

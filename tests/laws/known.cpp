@@ -8,15 +8,10 @@ namespace {
 
 /// What no step of the plan mends: the method is so.
 constexpr std::string_view kOfItsMethod = "a limit of its method";
-/// `predict` leads on by an implicit Euler step of its own, whatever method the simulation steps
-/// by.
-constexpr std::string_view kOtherStep = "predicted as an implicit Euler step";
 /// Rounding decides whether a step has one substep more.
 constexpr std::string_view kOtherSubsteps = "substeps counted otherwise";
 /// A spring that passes through its zero length turns its force about within a substep.
 constexpr std::string_view kThroughZero = "a spring that passes through zero length";
-/// What is predicted is old by its cost or jitter when it is shown.
-constexpr std::string_view kLate = "a snapshot that is late";
 
 /// The value of a key, anywhere in the scene.
 std::string value_of(const SceneText& scene, std::string_view key) {
@@ -46,13 +41,6 @@ bool steps_otherwise(const LawCase& law_case) {
   return !integrator.empty() && integrator != "\"implicit_euler\"";
 }
 
-std::optional<std::string_view> of_prediction(const LawCase& law_case) {
-  if (law_case.transition != "predict" || law_case.model != "grid") return std::nullopt;
-  if (steps_otherwise(law_case)) return kOtherStep;
-  if (is_late(law_case)) return kLate;
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::optional<std::string_view> known_violation(const LawCase& law_case) {
@@ -64,16 +52,12 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       if (law_case.model == "plane") return kOfItsMethod;
       break;
     case 2:
-      if (const auto reason = of_prediction(law_case)) return reason;
       // They show what was: what came late, or went otherwise by long steps, at a kink; and a
       // damper meets the velocity of the last snapshot all at once.
-      if (law_case.transition != "predict" &&
+      if (law_case.transition != "local" &&
           (is_late(law_case) || steps_otherwise(law_case) ||
            !value_of(law_case.scene, "contact_damping_N_s_per_m").empty()))
         return kOfItsMethod;
-      break;
-    case 3:
-      if (law_case.transition == "predict" && law_case.model == "grid") return kOtherStep;
       break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
       if (variant == "reversed list" || variant == "mirrored") return kOfItsMethod;
@@ -100,17 +84,10 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
 
 std::optional<std::string_view> known_violation(const LawCase& law_case, const Finding& finding) {
   constexpr double kOneBall = 1.0;
-  constexpr double kOfAStep_N = 10.0;  // late or by small steps: 2.7 at most in 1,000 scenes
   constexpr double kOfASwing = 100.0;  // what moves at some mm/s, where 1 is allowed
   const bool may_move_on = is_by_cvode(law_case) || is_explicit(law_case);
   if (law_case.law == 9 && !may_move_on && finding.allowed > 0.0 &&
       finding.measured > kOfASwing * finding.allowed)
-    return std::nullopt;
-  if (law_case.law == 2 && law_case.transition == "predict" && !is_by_cvode(law_case) &&
-      finding.measured > kOfAStep_N)
-    return std::nullopt;
-  constexpr double kMade = 20.0;  // of what is allowed: 15 at most in 1,000 scenes
-  if (law_case.law == 3 && !steps_otherwise(law_case) && finding.measured > kMade * finding.allowed)
     return std::nullopt;
   constexpr double kCrumpled = 5.0;  // of what is allowed, a tenth of the largest kinetic energy
   if (law_case.law == 16 && finding.measured > kCrumpled * finding.allowed) return std::nullopt;

@@ -85,7 +85,7 @@ std::string print_case(const LawCase& law_case) {
   if (law_case.hand) add("hand", text_of(*law_case.hand));
   if (law_case.other_hand) add("other_hand", text_of(*law_case.other_hand));
   if (!law_case.device.empty()) add("device", law_case.device);
-  if (law_case.transition != "predict") add("transition", law_case.transition);
+  if (law_case.transition != "local") add("transition", law_case.transition);
   if (law_case.model != "grid") add("model", law_case.model);
   if (!law_case.variant.empty()) add("variant", law_case.variant);
   if (law_case.repeat != 0) add("repeat", std::to_string(law_case.repeat));

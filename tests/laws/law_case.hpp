@@ -24,7 +24,7 @@ struct LawCase {
   std::string device;        // as haptic_server --device takes it, $DATA being the recordings'
                              // folder; neither: nobody
   std::optional<Hand> other_hand;  // by formula, the second of a scene that names two
-  std::string transition = "predict", model = "grid";
+  std::string transition = "local", model = "grid";
   double latency_share = 0.0;  // what a step costs, of its period
   double jitter = 0.0;
   double duration_s = 1.0;

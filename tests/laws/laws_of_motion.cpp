@@ -145,7 +145,7 @@ Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription&
                                   simulation.world().spheres.size(),
                                   realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0);
                  writer->publish(simulation.snapshot(),
-                                 {.state_ns = stamp_ns, .publish_ns = stamp_ns}, {},
+                                 {.state_ns = stamp_ns, .publish_ns = stamp_ns},
                                  simulation.field_records());
                  stamp_ns += 1000;
                }

@@ -101,7 +101,7 @@ class Shrinker {
     any = take([](LawCase& c) { c.latency_share = 0.0; }) || any;
     if (best_.latency_share != 0.0 && best_.latency_share != 1.0)
       any = take([](LawCase& c) { c.latency_share = 1.0; }) || any;
-    any = take([](LawCase& c) { c.transition = "predict"; }) || any;
+    any = take([](LawCase& c) { c.transition = "local"; }) || any;
     any = take([](LawCase& c) { c.model = "grid"; }) || any;
     any = take([](LawCase& c) { c.other_hand.reset(); }) || any;
     return take([](LawCase& c) { c.seed = 1; }) || any;

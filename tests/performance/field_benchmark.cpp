@@ -167,7 +167,7 @@ void add_probes(const std::string& name, double cell_m) {
 
 void add_ticks(const std::string& name, const Ball& ball) {
   const auto tick = std::make_shared<Tick>(ball);
-  for (const auto transition : {display::Transition::kLinear, display::Transition::kPredict}) {
+  for (const auto transition : {display::Transition::kLinear, display::Transition::kLocal}) {
     const std::string of = name + "/" + std::string(display::name_of(transition));
     const auto felt = [tick, transition](benchmark::State& state, auto&& run) {
       const auto renderer = rendering::make_renderer(transition);

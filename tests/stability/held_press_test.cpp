@@ -106,7 +106,7 @@ TEST_CASE("A press that begins at once is approached from outside and ends in co
 
 TEST_CASE("A hand that touches nothing tests nothing", "[held_press]") {
   const tests::TestFolder folder;
-  const Press press(free_sphere(folder, 50.0, display::Transition::kPredict, 3.0), "touch");
+  const Press press(free_sphere(folder, 50.0, display::Transition::kLocal, 3.0), "touch");
   CHECK_FALSE(press.at(1.0).stable);
   CHECK_FALSE(press.largest_margin());
 }

@@ -87,7 +87,7 @@ void check_account(const Pressed& pressed, double booked_J, double tolerance_J) 
 
 TEST_CASE("Over a wall the interface makes the leak of the hold and no more", "[interface]") {
   constexpr double kStiffness_N_per_m = 870.0;
-  const auto transition = GENERATE(display::Transition::kHold, display::Transition::kPredict);
+  const auto transition = GENERATE(display::Transition::kHold, display::Transition::kLocal);
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const scene::SceneDescription scene =
         lab_scene({.body = LabBody::kWall,
@@ -170,7 +170,7 @@ TEST_CASE("What a body that is moved gives the hand is not taken back by control
   LabOptions options{
       .device = "phantom:profile=premium15,hand=measured,path=still,centre_z_m=0",
       .transition = GENERATE(display::Transition::kHold, display::Transition::kLinear,
-                             display::Transition::kPredict),
+                             display::Transition::kLocal),
       .duration_s = 5.1};
   options.safety.passivity_mass_kg = 0.1;
   const haptic_server::HapticReport report = run_lab(scene, options).report;
@@ -189,11 +189,10 @@ TEST_CASE("The account books what moved a free body, however late its snapshots 
     display::Transition transition;
     double latency_s, jitter;
   };
-  const Loop loop = GENERATE(Loop{display::Transition::kHold, 0.0, 0.0},
-                             Loop{display::Transition::kLinear, 0.0, 0.3},
-                             Loop{display::Transition::kPredict, 0.0, 0.0},
-                             Loop{display::Transition::kPredict, 0.021, 0.2},
-                             Loop{display::Transition::kHold, 0.033, 0.3});
+  const Loop loop = GENERATE(
+      Loop{display::Transition::kHold, 0.0, 0.0}, Loop{display::Transition::kLinear, 0.0, 0.3},
+      Loop{display::Transition::kLocal, 0.0, 0.0}, Loop{display::Transition::kLocal, 0.021, 0.2},
+      Loop{display::Transition::kHold, 0.033, 0.3});
   for (unsigned seed = 11; seed <= 13; ++seed) {
     const scene::SceneDescription scene =
         lab_scene({.body = LabBody::kFree, .mass_kg = kMass_kg, .period_s = 0.0331});

@@ -15,13 +15,13 @@ TEST_CASE("A map has every combination once, and none that cannot be", "[stabili
   StabilityMap map;
   map.scenes = {"wall", "free:0.5", "pinch"};
   map.froms = {"inside", "outside"};
-  map.models = {"grid", "constraints"};
-  map.transitions = {"predict", "hold"};
+  map.models = {"grid", "proxy"};
+  map.transitions = {"local", "hold"};
   const std::vector<LabCell> cells = cells_of(map);
   CHECK(cells.size() == 4 * 3);  // the wall from both sides; grid with two transitions, one without
   CHECK(std::none_of(cells.begin(), cells.end(), [](const LabCell& cell) {
     return (cell.from == "outside" && cell.scene != "wall") ||
-           (cell.model == "constraints" && cell.transition != "predict");
+           (cell.model == "proxy" && cell.transition != "local");
   }));
 }
 

@@ -20,10 +20,10 @@ constexpr const char* kDescription =
     "Presses a scene in the closed loop where its own [hand] presses hardest, contacts --margin "
     "times as stiff, and says in one line of JSON whether the hand comes to rest.\n"
     "\n"
-    "  fit_run ball_fitted.toml --transition predict --margin 2\n";
+    "  fit_run ball_fitted.toml --transition local --margin 2\n";
 
 struct Arguments {
-  std::string scene, transition = "predict", device = "touch";
+  std::string scene, transition = "local", device = "touch";
   double margin = 1.0, latency_share = 0.0;
   bool search_margin = false;
 };
@@ -58,7 +58,7 @@ int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "fit_run");
   Arguments arguments;
   app.add_option("SCENE", arguments.scene, "Scene file with a table [hand]")->required();
-  app.add_option("--transition", arguments.transition, "As haptic_server's; default predict");
+  app.add_option("--transition", arguments.transition, "As haptic_server's; default local");
   app.add_option("--device", arguments.device,
                  "touch (default), touchx or premium15: whose hand presses");
   app.add_option("--margin", arguments.margin, "Contacts that many times as stiff; default 1")

@@ -14,7 +14,7 @@ namespace stillgrid::fit_run {
 /// How a scene is simulated and shown while a hand presses it.
 struct Loop {
   scene::SceneDescription scene;
-  display::Transition transition = display::Transition::kPredict;
+  display::Transition transition = display::Transition::kLocal;
   double latency_share = 0.0;  // periods
 };
 

@@ -24,10 +24,10 @@ class CrossfadeRenderer final : public rendering::Renderer {
 
   using Snapshots = std::array<rendering::TouchedSpheres, 2>;  // the newest, and the one before
   Snapshots buffers_[2];
-  Snapshots* touched_ = &buffers_[0];        // of the last accepted read
-  Snapshots* fresh_ = &buffers_[1];          // being gathered
-  rendering::TouchedSpheres before_switch_;  // in the snapshot before the one before
-  bool is_switch_ = false;                   // to the snapshot right after
+  Snapshots* touched_ = &buffers_[0];  // of the last accepted read
+  Snapshots* fresh_ = &buffers_[1];    // being gathered
+  double alpha_ = 1.0;                 // of the last tick
+  bool is_switch_ = false;             // to the snapshot right after
   rendering::ToolSpheres placed_;
   std::span<const rendering::PlacedToolSphere> tool_;
 };

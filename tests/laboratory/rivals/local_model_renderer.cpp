@@ -32,7 +32,7 @@ void LocalModelRenderer::gather(const rendering::TickScene& scene,
   for (rendering::PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchMargin;
   if (reader().has_snapshot()) model_->widen(balls_);
   fresh_->clear();
-  scene.gather_moving(moving, rendering::held_snapshot(0), balls_, *fresh_);
+  scene.gather_moving(moving, {}, balls_, *fresh_);
 }
 
 void LocalModelRenderer::show(const rendering::TickScene& scene,

@@ -1,6 +1,5 @@
 #include "tests/laboratory/rivals/rivals.hpp"
 
-#include "tests/laboratory/rivals/constraint_model.hpp"
 #include "tests/laboratory/rivals/crossfade.hpp"
 #include "tests/laboratory/rivals/force_held.hpp"
 #include "tests/laboratory/rivals/force_jacobian.hpp"
@@ -21,10 +20,6 @@ std::unique_ptr<rendering::Renderer> crossfade() {
   return std::make_unique<CrossfadeRenderer>();
 }
 
-std::unique_ptr<rendering::Renderer> constraints() {
-  return std::make_unique<ConstraintRenderer>();
-}
-
 constexpr Rival kRivals[] = {
     {"force_held", local<ForceHeld>},          // the slow process's force
     {"force_jacobian", local<ForceJacobian>},  // with its derivatives by place and velocity
@@ -33,9 +28,6 @@ constexpr Rival kRivals[] = {
     {"proxy", local<Proxy>},                   // a god-object on the spheres near the tool
     {"crossfade", crossfade},  // the forces of the last two snapshots, one passing to the other
 };
-
-/// The step's contact problem with its compliance, each tick.
-constexpr Rival kConstraints = {"constraints", constraints};
 
 }  // namespace
 
@@ -46,7 +38,7 @@ std::span<const Rival> rivals() noexcept {
 const Rival* rival_named(std::string_view name) noexcept {
   for (const Rival& rival : kRivals)
     if (rival.name == name) return &rival;
-  return name == kConstraints.name ? &kConstraints : nullptr;
+  return nullptr;
 }
 
 std::unique_ptr<rendering::Renderer> make_renderer(const Rival* rival,

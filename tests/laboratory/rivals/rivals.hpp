@@ -17,8 +17,7 @@ struct Rival {
 /// Those that are made of snapshots alone.
 [[nodiscard]] std::span<const Rival> rivals() noexcept;
 
-/// Of those, or `constraints`, which is handed the simulation's steps. Null where there is none of
-/// that name.
+/// Null where there is none of that name.
 [[nodiscard]] const Rival* rival_named(std::string_view name) noexcept;
 
 /// The rival's renderer; without one the product's own, the grid, with that transition.

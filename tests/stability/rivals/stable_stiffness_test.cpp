@@ -76,7 +76,7 @@ TEST_CASE("On a still wall a model asked each tick bears what the wall bears at 
           "[stable_stiffness]") {
   constexpr double kLimit_N_per_m = 10084.9;
   const auto model = GENERATE(as<std::string_view>(), "grid", "force_jacobian", "plane", "sphere",
-                              "proxy", "constraints", "crossfade");
+                              "proxy", "crossfade");
   const int period_ticks = GENERATE(10, 33, 100);
   CAPTURE(model, period_ticks);
   CHECK(is_stable(model, period_ticks, 0.95 * kLimit_N_per_m));

@@ -3,7 +3,7 @@
 
 #include "tests/laboratory/lab_cell.hpp"
 
-namespace stillgrid::laboratory::predict_bears_test {
+namespace stillgrid::laboratory::local_bears_test {
 namespace {
 
 /// Half of what a rigid wall bears at 1 kHz (1.1), for the light device and with the hand.
@@ -27,11 +27,11 @@ bool is_stable(const std::string& body, const std::string& device, const std::st
 
 }  // namespace
 
-TEST_CASE("With predict what gives way bears half of what a rigid wall bears at 1 kHz") {
+TEST_CASE("With local what gives way bears half of what a rigid wall bears at 1 kHz") {
   for (const char* const device : {"light", "hand"})
     for (const char* const body : {"free:0.05", "free:0.1", "chain", "block"}) {
       CAPTURE(device, body);
-      CHECK(is_stable(body, device, "predict", 0.1));
+      CHECK(is_stable(body, device, "local", 0.1));
     }
 }
 
@@ -42,10 +42,10 @@ TEST_CASE("The linear transition does not bear it with the hand") {
   }
 }
 
-TEST_CASE("Late snapshots lose a chain in the hand by hold and by linear, not by predict") {
+TEST_CASE("Late snapshots lose a chain in the hand by hold and by linear, not by local") {
   CHECK_FALSE(is_stable("chain", "hand", "hold", 1.0));
   CHECK_FALSE(is_stable("chain", "hand", "linear", 1.0));
-  CHECK(is_stable("chain", "hand", "predict", 1.0));
+  CHECK(is_stable("chain", "hand", "local", 1.0));
 }
 
-}  // namespace stillgrid::laboratory::predict_bears_test
+}  // namespace stillgrid::laboratory::local_bears_test
