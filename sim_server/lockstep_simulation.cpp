@@ -30,7 +30,7 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
       snapshot_(schedule_.next()) {
   simulation_.set_contact_state(contacts);
   if (can_be_local(scene, simulation_)) paths_.emplace(simulation_, 0);
-  writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
+  writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0},
                   simulation_.field_records(),
                   paths_ ? paths_->state() : publication::SnapshotState());
 }
@@ -52,7 +52,7 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
     }
     if (times_->publish_ns > now_ns) return;
     const double began_s = now_s();
-    writer_.publish(simulation_.snapshot(), *times_, {}, simulation_.field_records(), state());
+    writer_.publish(simulation_.snapshot(), *times_, simulation_.field_records(), state());
     if (clock_s_) step_s_.back() += now_s() - began_s;
     if (after_publication) after_publication(simulation_, *times_);
     times_.reset();

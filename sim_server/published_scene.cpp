@@ -78,7 +78,6 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
-  fixed.predicts = false;
   if (const auto model = local_model(scene, simulation)) {
     add_model(*model, simulation, fixed);
     for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);

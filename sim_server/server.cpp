@@ -98,7 +98,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
                                            .step_ns = now_ns - began_ns,
                                            .contacts = static_cast<std::uint64_t>(step.contacts),
                                            .tool_work_J = step.tools[hand].work_J};
-    writer.publish(simulation.snapshot(), times, {}, simulation.field_records(),
+    writer.publish(simulation.snapshot(), times, simulation.field_records(),
                    paths ? paths->state() : publication::SnapshotState());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, hand, times);
@@ -141,7 +141,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   if (can_be_local(scene, simulation)) paths.emplace(simulation, 0);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
-    hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
+    hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0},
                           simulation.field_records(), state());
   ++report.snapshots;
   session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
@@ -176,7 +176,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       publication::SceneWriter& writer = session.hands()[hand].writer();
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
-      writer.publish(simulation.snapshot(), times, {}, simulation.field_records(), state());
+      writer.publish(simulation.snapshot(), times, simulation.field_records(), state());
       count_snapshot(report, hand, times);
     }
     // A promise that the next one replaces at once would be seen by some hands only.

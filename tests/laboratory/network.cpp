@@ -39,10 +39,10 @@ std::optional<dynamics::ToolSample> Network::tool_at(std::uint64_t now_ns) {
   return sim_server::sample_of(scene_relay::led_on(newest->sample, now_ns - newest->arrival_ns));
 }
 
-void Network::send(const dynamics::Simulation& simulation, const publication::SnapshotTimes& times,
-                   const publication::SnapshotPrediction& prediction) {
+void Network::send(const dynamics::Simulation& simulation,
+                   const publication::SnapshotTimes& times) {
   ++figures_.snapshots;
-  snapshot_link_.send(sent_snapshot(simulation, times, prediction));
+  snapshot_link_.send(sent_snapshot(simulation, times));
 }
 
 void Network::deliver(std::uint64_t now_ns) {

@@ -53,8 +53,7 @@ class Network {
   [[nodiscard]] std::optional<dynamics::ToolSample> tool_at(std::uint64_t now_ns);
 
   /// From the simulation, as it publishes.
-  void send(const dynamics::Simulation& simulation, const publication::SnapshotTimes& times,
-            const publication::SnapshotPrediction& prediction);
+  void send(const dynamics::Simulation& simulation, const publication::SnapshotTimes& times);
   /// Shows the hand what came up to now_ns.
   void deliver(std::uint64_t now_ns);
 

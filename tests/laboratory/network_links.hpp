@@ -68,10 +68,6 @@ struct SentSnapshot {
   publication::SnapshotTimes times;          // as published by the simulation
   std::vector<proto::SphereRecord> spheres;  // of which the history stays behind
   std::vector<proto::FieldRecord> fields;    // likewise
-  std::uint64_t prediction_ns = 0;
-  std::vector<proto::ResponseMode> modes;
-  std::vector<proto::TurningBody> turning;
-  std::vector<proto::SphereResponse> responses;
 };
 
 struct ArrivedSnapshot {

@@ -14,8 +14,7 @@ namespace stillgrid::laboratory {
 
 /// What of the simulation's newest snapshot goes over a network.
 [[nodiscard]] SentSnapshot sent_snapshot(const dynamics::Simulation& simulation,
-                                         const publication::SnapshotTimes& times,
-                                         const publication::SnapshotPrediction& prediction);
+                                         const publication::SnapshotTimes& times);
 
 /// A scene published again on the hand's side of a network, in a session of its own: its history is
 /// that of the snapshots that came. Thread: one.
@@ -33,13 +32,11 @@ class RemoteScene {
   [[nodiscard]] publication::SceneView view() const;
 
  private:
-  void enter(double prediction_s);
   void show_fields(const std::vector<proto::FieldRecord>& sent);
 
   std::string session_;
   collision::VoxelGrid grid_;
   std::vector<proto::SphereState> states_;
-  std::vector<collision::SweptBound> bounds_;
   std::vector<proto::FieldRecord> fields_;
   publication::SceneWriter writer_;
 };

@@ -189,9 +189,8 @@ Finding no_step_of_its_own(const LawCase& law_case) {
   const CaseLoop loop = loop_of(law_case, scene);
   const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
   const double tick_s = 1.0 / loop.options.tick_rate_hz;
-  // A snapshot shows what was by a period, its cost and the lag of what is compliant.
-  const double lag_s = std::min(0.6 * scene.period_s, proto::kLongestPredictionLag_s);
-  const double old_s = scene.period_s * (1.0 + law_case.jitter) + loop.options.latency_s + lag_s;
+  // A snapshot shows what was by a period and its cost.
+  const double old_s = scene.period_s * (1.0 + law_case.jitter) + loop.options.latency_s;
   const auto window = static_cast<std::size_t>(std::ceil(old_s / tick_s));
   const double resolution_m = law_case.hand ? 0.0 : 55e-6;
   const std::vector<double> changes = changes_N(run);
