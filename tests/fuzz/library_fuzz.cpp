@@ -240,8 +240,8 @@ void Program::write_tool(FuzzInput& input) {
   stillgrid_reader_poll(witness_.handle(), &session);
   shown.scene_epoch = session.scene_epoch;
   shown.snapshot_id = input.take<std::uint8_t>() % 4;
-  for (double& weight : shown.position) weight = number(input);
-  for (double& mode : shown.modes) mode = number(input);
+  shown.alpha = number(input);
+  shown.is_local = input.take<std::uint8_t>() % 3;
   tool_->publish(state);
   // Longer than a publisher takes to see who comes.
   if (++rests_ == 1) std::this_thread::sleep_for(std::chrono::milliseconds(25));

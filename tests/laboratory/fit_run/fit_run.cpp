@@ -39,7 +39,7 @@ int run(const Arguments& arguments) {
   const scene::SceneDescription scene = scene::load_scene(arguments.scene);
   if (!scene.hand || scene.choose_method)
     throw std::runtime_error(arguments.scene +
-                             ": expected a scene with a table [hand], a rate and an integrator");
+                             ": expected a scene with a table [hand] and an integrator");
   const Press press({scene, *transition, arguments.latency_share}, arguments.device);
   const HeldPress held = press.at(arguments.margin);
   nlohmann::ordered_json line = {{"stable", nullptr},

@@ -72,7 +72,7 @@ Seen look_on(const scene::SceneDescription& scene, int steps, Looks looks = {}) 
     if (looks.accounts && i % 5 == 0) (void)watched.energy_account();
     const std::uint64_t now_ns = 1000 * static_cast<std::uint64_t>(i + 1);
     if (writer)
-      writer->publish(watched.snapshot(), {.state_ns = now_ns, .publish_ns = now_ns}, {},
+      writer->publish(watched.snapshot(), {.state_ns = now_ns, .publish_ns = now_ns},
                       watched.field_records());
     if (state_of(watched.world()) == state_of(alone.world())) continue;
     seen.first_change = i;

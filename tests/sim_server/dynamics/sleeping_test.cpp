@@ -81,7 +81,7 @@ TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleepin
   CHECK(farthest_m(places(simulation), before) == 0.0);
   for (const proto::SphereRecord& record : simulation.snapshot().records()) {
     CHECK(record.newest.velocity_m_s == std::array{0.0F, 0.0F, 0.0F});
-    CHECK(record.newest.position_m == record.oldest_position_m);
+    CHECK(record.newest.position_m == record.before.position_m);
   }
 }
 

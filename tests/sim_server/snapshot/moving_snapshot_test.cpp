@@ -51,10 +51,9 @@ TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving
     for (std::size_t i = 0; i < 300; ++i) {
       const proto::SphereRecord& record = grid.records()[i];
       const collision::SweptBound& swept_bound = grid.swept_bound(i);
-      for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
+      for (const proto::SphereState& state : {record.newest, record.before}) {
         const Eigen::Vector3d apart_m =
-            Eigen::Map<const Eigen::Vector3f>(collision::position_m(record, age).data())
-                .cast<double>() -
+            Eigen::Map<const Eigen::Vector3f>(state.position_m.data()).cast<double>() -
             Eigen::Map<const Eigen::Vector3f>(swept_bound.centre_m.data()).cast<double>();
         if (!(apart_m.norm() + double{record.radius_m} <= double{swept_bound.bounding_radius_m}))
           FAIL("sphere " << i << " at step " << step);
@@ -137,7 +136,7 @@ TEST_CASE("The records of static spheres follow the world's order", "[moving_sna
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Eigen::Vector3f p(records[i].newest.position_m.data());
     CHECK((p.cast<double>() - world.static_spheres[i].position_m).norm() < 1e-7);
-    CHECK(records[i].oldest_position_m == records[i].newest.position_m);
+    CHECK(records[i].before.position_m == records[i].newest.position_m);
     CHECK(records[i].body == static_cast<std::uint32_t>(world.static_spheres[i].body));
     CHECK(records[i].radius_m == 0.01F);
   }

@@ -30,7 +30,7 @@ TEST_CASE("A model is made where the tool was that the snapshot was computed wit
   CHECK(late.is_new);
   CHECK(late.force.force_N.z() == Approx(0.4).epsilon(1e-4));
   CHECK_FALSE(late.switch_jump_N);
-  CHECK(late.weights.position[0] == 1.0);  // for who looks on: the snapshot as it is
+  CHECK(late.weights.alpha == 1.0);  // for who looks on: the snapshot as it is
   CHECK(tick(11).force.force_N.z() == late.force.force_N.z());
   scene.show({}, {}, 12 * rendering::kMillisecond_ns);  // no sample told: the tool as it is
   const rendering::RenderedTick low_latency = tick(12);

@@ -55,7 +55,6 @@ proto::ToolState half_way(const publication::SceneView& scene, std::uint64_t sna
   proto::DisplayedSnapshot& shown = state.before.displayed;
   shown.scene_epoch = scene.header().epoch;
   shown.snapshot_id = snapshot_id;
-  shown.position = {0.5, 0.5, 0.0, 0.0};
   shown.alpha = 0.5;
   state.device = {.told = STILLGRID_STATE_GRIPPER,
                   .status = STILLGRID_STATUS_HOT,
@@ -85,7 +84,7 @@ TEST_CASE("A frame tells both snapshots and the displayed one between them", "[f
   const auto [head, arrays] = decode(frame_message(frame_of(scene, 4)));
 
   CHECK(head["snapshot_id"] == 4);
-  CHECK(head["snapshot"]["history_count"] == 4);
+  CHECK(head["snapshot"]["history_count"] == 2);
   CHECK(head["snapshot"]["age_s"] == 0.0);
   CHECK(head["snapshot"]["tool_work_J"] == 1.0);
   CHECK(head["snapshot"]["state_time_s"].get<double>() == Approx(0.12));
