@@ -1,4 +1,4 @@
-/* libstillgrid: any simulation may publish, any program may read. A C ABI, version 1.
+/* libstillgrid: any simulation may publish, any program may read. A C ABI, version 2.
  *
  * A simulation publishes its scene as spheres and planes into a session's shared memory; a
  * haptic_server of that session computes the force on the hand at 1 kHz against the newest
@@ -35,7 +35,7 @@ extern "C" {
 #define STILLGRID_API
 #endif
 
-#define STILLGRID_API_VERSION 1u
+#define STILLGRID_API_VERSION 2u
 
 /* Result codes. */
 #define STILLGRID_OK 0
@@ -111,9 +111,10 @@ typedef struct stillgrid_scene {
   uint32_t material_count;  /* 1 at least */
   uint32_t plane_count;
   uint32_t hand_count; /* 0: one hand, a ball of 5 mm, device at the origin */
-  /* 1: set_responses() or set_predicted() come with each state. 0: neither may, and haptic_server
-   * shows the snapshots by --transition restart, later by up to a period, in place of predict. */
-  uint32_t predicts;
+  /* 1: set_responses() comes with each state, and haptic_server moves the touched bodies on from it
+   * in each tick. 0: it may not, and the snapshots are shown by --transition linear, later by up to
+   * a period. */
+  uint32_t gives_inertia;
   uint32_t reserved;
   const stillgrid_material* materials;
   const stillgrid_plane* planes;
@@ -148,19 +149,19 @@ STILLGRID_API int stillgrid_publisher_set_spheres(stillgrid_publisher* publisher
                                                   const double* positions_m,
                                                   const double* velocities_m_s);
 
-/* How a body gives way to a push over the next step, its constraints and contacts included as far
- * as the engine knows them: how far a force at the centre and a torque (N, N m), held through the
- * step, move the centre and turn the body, over the step's square (m/s2, rad/s2). Of an engine that
- * steps a period at once the inverse inertia; of one that goes through it in n explicit steps
- * (1 + 1/n) / 2 of it. Row by row, symmetric, no eigenvalue below 0. */
+/* A rigid body at the state that was set, in the scene's frame: where its centre of mass is, how it
+ * moves (m/s, rad/s: of the centre, and about it), and how it gives way: the acceleration (m/s2,
+ * rad/s2) by a force at the centre and a torque (N, N m), row by row, symmetric, no eigenvalue
+ * below 0. Joints belong into it, contacts as far as the engine knows them (docs/library.md). */
 typedef struct stillgrid_response {
   uint32_t body;
   uint32_t reserved; /* 0 */
   double centre_m[3];
+  double velocity[6];
   double inverse_inertia[36];
 } stillgrid_response;
 
-/* What the tool does to a body over the next step. */
+/* What a tool does to a body in a step: the mean over it. */
 typedef struct stillgrid_push {
   uint32_t body;
   uint32_t contacts;
@@ -169,30 +170,20 @@ typedef struct stillgrid_push {
   double torque_N_m[3]; /* beside that */
 } stillgrid_push;
 
-/* [step] Optional, before pushes(): how bodies near the tool give way, so that a push is the one at
- * the end of the step and no stiff contact is pushed too far (docs/library.md). Good for this step.
- */
+/* [step] The bodies of the state that was set, which give way to the tool; also those that it may
+ * reach before the step after the next. Others go on at their spheres' velocities. */
 STILLGRID_API int stillgrid_publisher_set_responses(stillgrid_publisher* publisher, uint32_t count,
                                                     const stillgrid_response* responses);
-/* [step] Optional, before pushes(): where a trial of the step leads while the last step's pushes
- * are held, 3 values a sphere of its mean velocity over the step. Pushes are then right for
- * whatever holds a body. Without it a body is expected to go on at its velocity and by the last
- * push, but for what resisted that in the last step. Good for this step. */
-STILLGRID_API int stillgrid_publisher_set_trial(stillgrid_publisher* publisher, uint32_t count,
-                                                const double* velocities_m_s);
-/* [step] What every hand's tool does to each moving body that it touches, by the contact law by
- * which the force on the hand is computed. count: in, room for; out, how many there are. Planes and
- * static spheres are not told. step_s: the step that the pushes are for. */
+/* [step] What every hand's tool did to each moving body that it touched in the step that leads on
+ * from the state that was set: the mean, tick by tick of 1 ms along the tool's recorded path, of
+ * the contact law by which the force on the hand is computed. Call it when that time has passed,
+ * after wait(): before the first publish() there are none. count: in, room for; out, how many there
+ * are. Planes and static spheres are not told. step_s: of the engine; the next set_spheres() is the
+ * state that it leads to. */
 STILLGRID_API int stillgrid_publisher_pushes(stillgrid_publisher* publisher, double step_s,
                                              stillgrid_push* pushes, uint32_t* count);
-/* [step] Optional, after pushes() and the engine's step: where it led. 3 values a sphere of the
- * mean velocity over the step, the pushes included. Without it bodies with a response are predicted
- * by their velocity, the push, and what resisted it so far; others by their velocity. */
-STILLGRID_API int stillgrid_publisher_set_predicted(stillgrid_publisher* publisher, uint32_t count,
-                                                    const double* velocities_m_s);
-/* [step] Shows all hands the state of state_time_ns, as wait() gave it or of a clock as the
- * scene's; 0: now. With responses of this state, and without pushes() since it was set, their
- * pushes are made here. */
+/* [step] Shows all hands the state that was set as that of state_time_ns, as wait() gave it or of a
+ * clock as the scene's; 0: now. */
 STILLGRID_API int stillgrid_publisher_publish(stillgrid_publisher* publisher,
                                               uint64_t state_time_ns);
 
@@ -291,9 +282,8 @@ typedef struct stillgrid_snapshot {
   uint64_t publish_time_ns;
   uint64_t tool_time_ns; /* of the tool in it; 0: none */
   uint64_t step_ns;      /* what its step cost */
-  float* positions_m;    /* 3 values a sphere, as the two below */
+  float* positions_m;    /* 3 values a sphere, as the one below */
   float* velocities_m_s;
-  float* predicted_velocities_m_s;
   float* radii_m;
   uint32_t* materials; /* or STILLGRID_FIELD_POINT */
   uint32_t* bodies;

@@ -133,11 +133,6 @@ class Publisher {
     detail::succeeded(stillgrid_publisher_pushes(handle_.get(), step_s, room.data(), &count));
     return room.first(count);
   }
-  /// 3 values a sphere.
-  void set_predicted(std::span<const double> velocities_m_s) {
-    detail::succeeded(stillgrid_publisher_set_predicted(handle_.get(), spheres_in(velocities_m_s),
-                                                        detail::or_null(velocities_m_s)));
-  }
   /// False where, in virtual time, a haptic_server came to its end.
   bool publish(std::uint64_t state_time_ns = 0) {
     return detail::succeeded(stillgrid_publisher_publish(handle_.get(), state_time_ns)) ==
@@ -175,14 +170,12 @@ class Spheres : public Sized<stillgrid_snapshot> {
   explicit Spheres(std::uint32_t room)
       : positions(3 * std::size_t{room}),
         velocities(positions.size()),
-        predicted_velocities(positions.size()),
         radii(room),
         material_numbers(room),
         body_numbers(room) {
     capacity = room;
     positions_m = positions.data();
     velocities_m_s = velocities.data();
-    predicted_velocities_m_s = predicted_velocities.data();
     radii_m = radii.data();
     materials = material_numbers.data();
     bodies = body_numbers.data();
@@ -193,7 +186,7 @@ class Spheres : public Sized<stillgrid_snapshot> {
   Spheres(const Spheres&) = delete;
   Spheres& operator=(const Spheres&) = delete;
 
-  std::vector<float> positions, velocities, predicted_velocities, radii;
+  std::vector<float> positions, velocities, radii;
   std::vector<std::uint32_t> material_numbers, body_numbers;
 };
 

@@ -1,5 +1,6 @@
 #include "shared/dynamics/tool_path.hpp"
 
+#include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
@@ -43,6 +44,15 @@ std::optional<PathPose> TickPath::pose_at(std::uint64_t n) const noexcept {
                    (rotation_by(share * turn_rad) * before.orientation).normalized(),
                    before.velocity_m_s + share * (after.velocity_m_s - before.velocity_m_s)},
                   n};
+}
+
+std::optional<ToolPose> led_on_pose(const TickPath& path, std::uint64_t n,
+                                    std::uint64_t led_on_ticks) noexcept {
+  const std::uint64_t led_on = n - std::min(n, path.newest().value_or(n));
+  if (led_on > led_on_ticks) return std::nullopt;
+  std::optional<ToolPose> pose = path.pose_at(n - led_on);
+  if (pose) pose->position_m += static_cast<double>(led_on) * kTick_s * pose->velocity_m_s;
+  return pose;
 }
 
 }  // namespace stillgrid::dynamics

@@ -59,6 +59,11 @@ class TickPath {
   std::uint64_t count_ = 0;  // samples added; sample k has index k modulo kLength
 };
 
+/// Returns the pose in tick n as TickPath::pose_at(). Beyond the newest sample the tool goes on
+/// evenly for led_on_ticks, then it is away. Realtime: yes.
+[[nodiscard]] std::optional<ToolPose> led_on_pose(const TickPath& path, std::uint64_t n,
+                                                  std::uint64_t led_on_ticks) noexcept;
+
 /// Adds to `path` the newer samples of a path in shared memory, of its last kLength ticks. Samples
 /// that were overwritten meanwhile are missing. View: a type with newest() and sample() as
 /// publication::PathView has them. Realtime: as the view.

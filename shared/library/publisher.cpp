@@ -13,10 +13,14 @@ namespace {
 
 using Header = proto::SegmentHeader;
 
-/// Bodies that may give way in a step.
+/// Bodies with an inverse inertia.
 constexpr std::size_t kMaxBodies = 4096;
 /// Acceleration by a force, of whatever is simulated: a speck of 1e-12 kg.
 constexpr double kLightest = 1e12;
+/// Ticks in one step at most: the path is as long.
+constexpr std::uint64_t kMaxTicks = dynamics::TickPath::kLength - 96;
+/// In a snapshot are the bodies that a tool meets at this speed in two periods, and so far besides.
+constexpr double kReach_m_s = 1.0, kReach_m = 0.05;
 /// A call that waits says after so long that nothing came.
 constexpr std::uint64_t kPatience_ns = 100'000'000;
 
@@ -28,16 +32,16 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       period_s_(1e-9 * static_cast<double>(spec.period_ns)),
       session_(spec, publication::SessionLock(spec.name, proto::SegmentKind::kScene), hands),
       moving_(spec.moving_count),
+      pushes_(given_model(spec, hands)),
+      hands_(hands.size()),
+      paths_(hands.size()),
       material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
-      predicts_(hands.front().fixed.predicts) {
-  bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
-  given_.reserve(bodies_.capacity());
-  trial_.reserve(3 * spec.moving_count);
-  predicted_.reserve(3 * spec.moving_count);
-  for (publication::HandSession& session : session_.hands()) {
-    hands_.push_back(std::make_unique<Hand>(session, spec.moving_count));
-    if (!is_virtual()) session.tool().start();
-  }
+      gives_inertia_(!hands.front().fixed.model.empty()),
+      step_s_(period_s_) {
+  for (auto* bodies : {&given_, &bodies_, &before_})
+    bodies->reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
+  if (!is_virtual())
+    for (publication::HandSession& session : session_.hands()) session.tool().start();
   if (is_virtual()) peers_.emplace(session_, never_);
 }
 
@@ -82,6 +86,11 @@ int Publisher::wait(std::uint64_t& time_ns) {
     time_ns_ = realtime::monotonic_ns();
   } else {
     time_ns_ = timer_->wait().deadline_ns;
+    // Periods that were missed are not made up for: the path of them all is taken as one.
+    if (state_ns_)
+      stretch_ =
+          std::max(1.0, std::round(static_cast<double>(time_ns_ - std::min(time_ns_, *state_ns_)) /
+                                   static_cast<double>(spec_.period_ns)));
   }
   waited_ = true;
   time_ns = time_ns_;
@@ -114,23 +123,39 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
   if (velocities_m_s != nullptr)
     if (const int code = check_numbers({velocities_m_s, values}, "velocities_m_s")) return code;
   moving_.place(positions_m, velocities_m_s, period_s_);
-  for (const auto& hand : hands_) {
-    if (has_pushes_) {
-      hand->work_J += hand->pushes.work_J(moving_);
-      hand->told_tool_ns = hand->tool_ns;
-    }
-    hand->pushes.end_step();
-  }
-  bodies_.clear();
-  trial_.clear();
-  predicted_.clear();
-  has_pushes_ = false;
+  end_step();
   is_placed_ = true;
   return STILLGRID_OK;
 }
 
+/// The step of the last pushes led to the state that is set now.
+void Publisher::end_step() noexcept {
+  std::swap(bodies_, before_);
+  bodies_.clear();
+  for (local::GivenBody& body : before_)
+    body.acceleration = body.inverse_inertia * pushes_.wrench_of(body.number);
+  if (has_pushes_ && state_ns_) {
+    *state_ns_ += static_cast<std::uint64_t>(std::llround(1e9 * step_s_ * stretch_));
+    for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
+      hands_[hand].work_J += pushes_.work_J(hand);
+      if (const auto newest = paths_[hand].path.newest())
+        hands_[hand].told_tool_ns = std::min(*newest * proto::kPathTick_ns, *state_ns_);
+    }
+  }
+  pushes_.clear();
+  has_pushes_ = false;
+}
+
+/// What else acted on a body in the last step; nothing where it was not given before.
+local::Twist Publisher::acceleration_of(const local::GivenBody& body) const noexcept {
+  const auto before = std::ranges::lower_bound(before_, body.number, {}, &local::GivenBody::number);
+  if (before == before_.end() || before->number != body.number) return local::Twist::Zero();
+  return (body.twist - before->twist) / step_s_ - before->acceleration;
+}
+
 int Publisher::set_responses(std::span<const stillgrid_response> responses) {
-  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_responses: expected scene.predicts of 1");
+  if (!gives_inertia_)
+    return fail(STILLGRID_E_ORDER, "set_responses: expected scene.gives_inertia of 1");
   if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_responses: expected set_spheres() first");
   if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_responses: expected before pushes()");
   if (responses.size() > bodies_.capacity())
@@ -139,44 +164,46 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
   given_.clear();
   for (std::size_t i = 0; i < responses.size(); ++i) {
     const stillgrid_response& response = responses[i];
-    const bool are_numbers =
-        std::all_of(std::begin(response.centre_m), std::end(response.centre_m), is_number) &&
-        std::all_of(std::begin(response.inverse_inertia), std::end(response.inverse_inertia),
-                    [](double x) { return std::abs(x) <= kLightest; });
-    const auto body = std::lower_bound(
-        given_.begin(), given_.end(), response.body,
-        [](const BodyModes& a, std::uint32_t wanted) { return a.body() < wanted; });
-    const bool is_known = body != given_.end() && body->body() == response.body;
-    BodyModes modes;
-    if (!are_numbers || is_known || !modes.take(response)) {
+    const auto are_numbers = [](const auto& values, double largest) {
+      return std::all_of(std::begin(values), std::end(values),
+                         [&](double x) { return std::abs(x) <= largest; });
+    };
+    const bool is_sound = are_numbers(response.centre_m, proto::kLargestNumber) &&
+                          are_numbers(response.velocity, proto::kLargestNumber) &&
+                          are_numbers(response.inverse_inertia, kLightest);
+    const auto next =
+        std::ranges::lower_bound(given_, response.body, {}, &local::GivenBody::number);
+    const bool is_known = next != given_.end() && next->number == response.body;
+    const local::Matrix6 inverse_inertia(response.inverse_inertia);
+    if (!is_sound || is_known || !local::is_inverse_inertia(inverse_inertia)) {
       return fail(STILLGRID_E_ARGUMENT, "responses[%zu], of body %u: expected %s", i, response.body,
-                  !are_numbers ? "numbers"
-                  : is_known   ? "one of each body"
-                               : "a symmetric inverse inertia without an eigenvalue below 0");
+                  !is_sound  ? "numbers"
+                  : is_known ? "one of each body"
+                             : "a symmetric inverse inertia without an eigenvalue below 0");
     }
-    given_.insert(body, modes);
+    local::GivenBody body{.number = response.body,
+                          .centre_m = Eigen::Vector3d(response.centre_m),
+                          .twist = local::Twist(response.velocity),
+                          .inverse_inertia = 0.5 * (inverse_inertia + inverse_inertia.transpose())};
+    body.acceleration = acceleration_of(body);
+    given_.insert(next, body);
   }
   std::swap(bodies_, given_);
   return STILLGRID_OK;
 }
 
-void Publisher::push_with_all_hands(double step_s) {
-  for (BodyModes& body : bodies_) body.set_step(step_s);
-  for (const auto& hand : hands_) {
-    moving_.forget_predictions();
-    if (!trial_.empty()) {
-      moving_.predict(trial_);
-      moving_.cover_predictions(step_s);
-    }
-    const auto tool = hand->session.take_tool();
-    hand->tool_ns = tool ? tool->time_ns : 0;
-    if (tool)
-      hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s,
-                        !trial_.empty());
-    else
-      hand->pushes.clear();
+void Publisher::follow_tools() {
+  constexpr std::uint64_t kLedOn = 100;  // ticks, of a tool that is late in real time
+  for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
+    const publication::ToolView* tool = session_.hands()[hand].living_tool();
+    paths_[hand].led_on_ticks = 0;
+    if (tool == nullptr) continue;
+    if (std::exchange(hands_[hand].epoch, tool->header().epoch) != tool->header().epoch)
+      paths_[hand].path = {};
+    dynamics::follow(tool->path(), paths_[hand].path);
+    const std::uint64_t between = tool->header().period_ns / proto::kPathTick_ns;
+    paths_[hand].led_on_ticks = is_virtual() ? std::min(between, kLedOn) : kLedOn;
   }
-  has_pushes_ = true;
 }
 
 int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std::uint32_t& count) {
@@ -184,41 +211,34 @@ int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std:
   if (!(step_s > 0.0 && step_s <= 10.0))
     return fail(STILLGRID_E_ARGUMENT, "pushes: step of %g s: expected more than 0, 10 at most",
                 step_s);
-  push_with_all_hands(step_s);
-  std::size_t all = 0;
-  for (const auto& hand : hands_)
-    for (const stillgrid_push& push : hand->pushes.pushes()) {
-      if (all < pushes.size()) pushes[all] = push;
-      ++all;
-    }
-  count = static_cast<std::uint32_t>(all);
-  if (all > pushes.size()) {
-    has_pushes_ = false;  // nobody was told
-    return fail(STILLGRID_E_CAPACITY, "pushes: room for %zu: expected for %zu", pushes.size(), all);
+  follow_tools();
+  pushes_.clear();
+  if (state_ns_) {
+    const std::uint64_t end_ns = *state_ns_ + static_cast<std::uint64_t>(1e9 * step_s * stretch_);
+    const std::uint64_t to = end_ns / proto::kPathTick_ns;
+    const std::uint64_t from = std::min(*state_ns_ / proto::kPathTick_ns, to - 1);
+    pushes_.find(moving_, bodies_, paths_, std::max(from, to - std::min(to, kMaxTicks)), to);
   }
+  const std::span<const stillgrid_push> found = pushes_.pushes();
+  count = static_cast<std::uint32_t>(found.size());
+  if (found.size() > pushes.size()) {
+    pushes_.clear();  // nobody was told
+    return fail(STILLGRID_E_CAPACITY, "pushes: room for %zu: expected for %zu", pushes.size(),
+                found.size());
+  }
+  std::ranges::copy(found, pushes.begin());
+  step_s_ = step_s;
+  has_pushes_ = true;
   return STILLGRID_OK;
 }
 
-int Publisher::take_velocities(const char* name, std::uint32_t count, const double* velocities_m_s,
-                               std::vector<double>& velocities) const {
-  if (!predicts_) return fail(STILLGRID_E_ORDER, "%s: expected scene.predicts of 1", name);
-  if (!is_placed_) return fail(STILLGRID_E_ORDER, "%s: expected set_spheres() first", name);
-  if (count != moving_.count())
-    return fail(STILLGRID_E_ARGUMENT, "%s: %u spheres: expected the %zu of set_shapes()", name,
-                count, moving_.count());
-  const std::span<const double> values(velocities_m_s, std::size_t{count} * 3);
-  if (const int code = check_numbers(values, "velocities_m_s")) return code;
-  velocities.assign(values.begin(), values.end());
-  return STILLGRID_OK;
-}
-
-int Publisher::set_trial(std::uint32_t count, const double* velocities_m_s) {
-  if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_trial: expected before pushes()");
-  return take_velocities("set_trial", count, velocities_m_s, trial_);
-}
-
-int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
-  return take_velocities("set_predicted", count, velocities_m_s, predicted_);
+publication::SnapshotState Publisher::state_at(std::uint64_t state_ns) {
+  if (!gives_inertia_) return {};
+  follow_tools();
+  const std::uint64_t tick = state_ns / proto::kPathTick_ns;
+  return {.bytes = pushes_.state_at(tick, moving_, bodies_, paths_,
+                                    kReach_m + 2.0 * period_s_ * kReach_m_s),
+          .tick = tick};
 }
 
 int Publisher::publish(std::uint64_t state_time_ns) {
@@ -241,30 +261,25 @@ int Publisher::publish(std::uint64_t state_time_ns) {
         STILLGRID_E_ARGUMENT, "publish: state of %llu ns: expected none before the last, %llu",
         static_cast<unsigned long long>(state_ns), static_cast<unsigned long long>(published_ns_));
   published_ns_ = state_ns;
-  if (!has_pushes_ && !bodies_.empty()) push_with_all_hands(period_s_);
   if (is_virtual() && state_ns > 0) {
     session_.promise(&Header::lockstep_sample_ns, state_ns + spec_.period_ns);
     if (!peers_->wait(&Header::lockstep_event_ns, state_ns)) return STILLGRID_NOTHING;
   }
-  for (const auto& hand : hands_) {
-    publication::SceneWriter& writer = hand->session.writer();
+  state_ns_ = state_ns;
+  stretch_ = 1.0;
+  const publication::SnapshotState state = state_at(state_ns);
+  for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
+    publication::SceneWriter& writer = session_.hands()[hand].writer();
     writer.segment().require_whole();
-    publication::SnapshotPrediction prediction;
-    if (predicts_) {
-      moving_.forget_predictions();
-      if (!trial_.empty()) moving_.predict(trial_);
-      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
-      moving_.cover_predictions(period_s_);
-    }
     const std::uint64_t now_ns = realtime::monotonic_ns();
     writer.publish(moving_.grid(),
                    {.state_ns = state_ns,
                     .publish_ns = is_virtual() ? state_ns : now_ns,
-                    .tool_ns = hand->told_tool_ns,
+                    .tool_ns = hands_[hand].told_tool_ns,
                     .step_ns = is_virtual() || !waited_ ? 0 : now_ns - std::min(now_ns, time_ns_),
                     .contacts = 0,
-                    .tool_work_J = hand->work_J},
-                   prediction);
+                    .tool_work_J = hands_[hand].work_J},
+                   {}, {}, state);
   }
   if (is_virtual()) {
     session_.promise(&Header::lockstep_sample_ns, state_ns + spec_.period_ns);
@@ -277,7 +292,7 @@ int Publisher::publish(std::uint64_t state_time_ns) {
 int Publisher::take_tool(std::uint32_t hand, stillgrid_tool& tool) {
   if (hand >= hands_.size())
     return fail(STILLGRID_E_ARGUMENT, "hand: %u: expected 0 to %zu", hand, hands_.size() - 1);
-  const auto state = hands_[hand]->session.take_tool();
+  const auto state = session_.hands()[hand].take_tool();
   if (!state) return STILLGRID_NOTHING;
   const stillgrid_tool figures = tool_figures(*state);
   give_known(figures, &tool);

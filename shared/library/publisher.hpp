@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "proto/stillgrid.h"
-#include "shared/library/body_modes.hpp"
-#include "shared/library/hand_pushes.hpp"
+#include "shared/library/body_pushes.hpp"
 #include "shared/publication/moving_records.hpp"
 #include "shared/publication/session.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -34,28 +33,22 @@ class Publisher {
   int set_spheres(std::uint32_t count, const double* positions_m, const double* velocities_m_s);
   int set_responses(std::span<const stillgrid_response> responses);
   int find_pushes(double step_s, std::span<stillgrid_push> pushes, std::uint32_t& count);
-  int set_trial(std::uint32_t count, const double* velocities_m_s);
-  int set_predicted(std::uint32_t count, const double* velocities_m_s);
   int publish(std::uint64_t state_time_ns);
   int take_tool(std::uint32_t hand, stillgrid_tool& tool);
 
  private:
   struct Hand {
-    Hand(publication::HandSession& hand_session, std::size_t moving_count)
-        : session(hand_session), pushes(moving_count) {}
-    publication::HandSession& session;
-    HandPushes pushes;
-    std::uint64_t tool_ns = 0;       // of the sample by which they were made
-    std::uint64_t told_tool_ns = 0;  // of the one whose step led to this state
+    std::uint64_t epoch = 0;         // of the tool's segment that the path is from
+    std::uint64_t told_tool_ns = 0;  // of the newest sample in the state
     double work_J = 0.0;
   };
   [[nodiscard]] bool is_virtual() const noexcept { return spec_.clock == proto::Clock::kVirtual; }
   [[nodiscard]] bool peers_ended() noexcept;
   int wait_in_virtual_time(std::uint64_t& time_ns);
-  /// Keeps one velocity a sphere, of this state. name: of the call.
-  int take_velocities(const char* name, std::uint32_t count, const double* velocities_m_s,
-                      std::vector<double>& velocities) const;
-  void push_with_all_hands(double step_s);
+  void follow_tools();
+  void end_step() noexcept;
+  [[nodiscard]] local::Twist acceleration_of(const local::GivenBody& body) const noexcept;
+  [[nodiscard]] publication::SnapshotState state_at(std::uint64_t state_ns);
 
   publication::SessionSpec spec_;
   double period_s_;
@@ -64,15 +57,19 @@ class Publisher {
   std::optional<publication::LockstepPeers> peers_;
   std::optional<realtime::PeriodicTimer> timer_;
   publication::MovingRecords moving_;
-  std::uint64_t published_ns_ = 0;         // the last state shown, in real time
-  std::vector<BodyModes> given_;           // being checked
-  std::vector<BodyModes> bodies_;          // of this state, by number
-  std::vector<double> trial_, predicted_;  // of this state; empty: not told
-  std::vector<std::unique_ptr<Hand>> hands_;
+  std::uint64_t published_ns_ = 0;  // the last state shown, in real time
+  // By number: being checked, of this state, and of the one before, whose acceleration is the
+  // pushes' alone.
+  std::vector<local::GivenBody> given_, bodies_, before_;
+  BodyPushes pushes_;
+  std::vector<Hand> hands_;
+  std::vector<HandPath> paths_;  // of each hand
   std::uint32_t material_count_;
-  bool predicts_;
-  std::uint64_t time_ns_ = 0;  // of the state that wait() asked for
-  bool waited_ = false;        // and it is not published yet
+  bool gives_inertia_;
+  std::optional<std::uint64_t> state_ns_;  // of the state that was set, once one was published
+  double step_s_, stretch_ = 1.0;  // of the last pushes; of the path, where time fell behind
+  std::uint64_t time_ns_ = 0;      // of the state that wait() asked for
+  bool waited_ = false;            // and it is not published yet
   bool is_declared_ = false, is_placed_ = false, has_pushes_ = false;
 };
 

@@ -106,22 +106,6 @@ int stillgrid_publisher_pushes(stillgrid_publisher* publisher, double step_s,
   });
 }
 
-int stillgrid_publisher_set_trial(stillgrid_publisher* publisher, uint32_t count,
-                                  const double* velocities_m_s) {
-  if (velocities_m_s == nullptr && count > 0)
-    return stillgrid::library::null_argument("velocities_m_s");
-  return stillgrid::library::with(
-      publisher, [&](Publisher& own) { return own.set_trial(count, velocities_m_s); });
-}
-
-int stillgrid_publisher_set_predicted(stillgrid_publisher* publisher, uint32_t count,
-                                      const double* velocities_m_s) {
-  if (velocities_m_s == nullptr && count > 0)
-    return stillgrid::library::null_argument("velocities_m_s");
-  return stillgrid::library::with(
-      publisher, [&](Publisher& own) { return own.set_predicted(count, velocities_m_s); });
-}
-
 int stillgrid_publisher_publish(stillgrid_publisher* publisher, uint64_t state_time_ns) {
   return stillgrid::library::with(publisher,
                                   [&](Publisher& own) { return own.publish(state_time_ns); });

@@ -53,12 +53,11 @@ void copy(Number from, Number* to, std::size_t i) {
 /// One sphere as it is told.
 struct ToldSphere {
   proto::SphereRecord record;
-  std::array<float, 3> position_m, velocity_m_s, predicted_m_s;
+  std::array<float, 3> position_m, velocity_m_s;
 };
 
 ToldSphere as_published(const proto::SphereRecord& record) {
-  return {record, record.newest.position_m, record.newest.velocity_m_s,
-          record.predicted_velocity_m_s};
+  return {record, record.newest.position_m, record.newest.velocity_m_s};
 }
 
 /// Tells `count` spheres, of which sphere(i) is one, as far as there is room: all or, where one
@@ -77,7 +76,6 @@ int tell(std::uint32_t count, std::uint32_t material_count, stillgrid_snapshot& 
     const ToldSphere one = sphere(i);
     copy(one.position_m, told.positions_m, i);
     copy(one.velocity_m_s, told.velocities_m_s, i);
-    copy(one.predicted_m_s, told.predicted_velocities_m_s, i);
     copy(one.record.radius_m, told.radii_m, i);
     // A static sphere is read in place, and may be another's word by now.
     copy(one.record.material == proto::kFieldPoint
@@ -250,10 +248,8 @@ int Reader::displayed(stillgrid_snapshot& told) {
   const auto count = static_cast<std::uint32_t>(newest_.spheres.size());
   const auto as_displayed = [&](std::uint32_t i) {
     const proto::SphereRecord& record = newest_.spheres[i];
-    return ToldSphere{record,
-                      reading::displayed_m(record, newest_.responses, *shown),
-                      {kNone, kNone, kNone},
-                      {kNone, kNone, kNone}};
+    return ToldSphere{
+        record, reading::displayed_m(record, newest_.responses, *shown), {kNone, kNone, kNone}};
   };
   if (const int code = tell(count, scene_->scene().material_count, told, as_displayed)) return code;
   tell_times(newest_.header, told);

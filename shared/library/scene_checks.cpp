@@ -208,9 +208,10 @@ int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
   spec.moving_count = scene.sphere_capacity;
   spec.period_ns = static_cast<std::uint64_t>(std::llround(scene.period_s * 1e9));
   publication::StaticScene fixed;
-  if (scene.predicts > 1)
-    return fail(STILLGRID_E_ARGUMENT, "scene.predicts: %u: expected 0 or 1", scene.predicts);
-  fixed.predicts = scene.predicts == 1;
+  if (scene.gives_inertia > 1)
+    return fail(STILLGRID_E_ARGUMENT, "scene.gives_inertia: %u: expected 0 or 1",
+                scene.gives_inertia);
+  fixed.predicts = false;
   if (scene.name != nullptr) fixed.name = scene.name;
   if (fixed.name.size() >= sizeof(proto::SceneHeader::name))
     return fail(STILLGRID_E_ARGUMENT, "scene.name: %zu bytes: expected %zu at most",
@@ -218,7 +219,32 @@ int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
   if (const int code = read_materials(scene, fixed)) return code;
   if (const int code = read_planes(scene, fixed)) return code;
   if (const int code = read_static(scene, fixed)) return code;
-  return read_hands(scene, fixed, hands);
+  if (const int code = read_hands(scene, fixed, hands)) return code;
+  if (scene.gives_inertia == 0) return STILLGRID_OK;
+  const std::vector<std::byte> model = encode(given_model(spec, hands));
+  for (publication::HandScene& hand : hands) {
+    hand.fixed.model = model;
+    hand.fixed.state_capacity = local::given_state_capacity(spec.moving_count);
+  }
+  return STILLGRID_OK;
+}
+
+local::GivenModel given_model(const publication::SessionSpec& spec,
+                              std::span<const publication::HandScene> hands) {
+  local::GivenModel model;
+  model.period_ticks = (spec.period_ns + proto::kPathTick_ns - 1) / proto::kPathTick_ns;
+  for (const proto::Material& m : hands.front().fixed.materials)
+    model.materials.push_back(
+        {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s});
+  for (const publication::HandScene& hand : hands) {
+    local::GivenModel::Tool& tool = model.tools.emplace_back();
+    tool.slip_speed_m_s = double{hand.fixed.tool_slip_speed_m_s};
+    for (const proto::ToolSphere& sphere : hand.fixed.tool)
+      tool.spheres.push_back(
+          {Eigen::Map<const Eigen::Vector3f>(sphere.position_m.data()).cast<double>(),
+           double{sphere.radius_m}});
+  }
+  return model;
 }
 
 }  // namespace stillgrid::library

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "proto/stillgrid.h"
+#include "shared/local/given_state.hpp"
 #include "shared/publication/session.hpp"
 
 namespace stillgrid::library {
@@ -10,6 +11,10 @@ namespace stillgrid::library {
 /// What a session is opened with, of what was declared; fails at what no reader would take.
 int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
                std::vector<publication::HandScene>& hands);
+
+/// What the contacts of a session's bodies with its tools depend on.
+[[nodiscard]] local::GivenModel given_model(const publication::SessionSpec& spec,
+                                            std::span<const publication::HandScene> hands);
 
 /// Whether shapes have what moving ones (or static ones, with positions) must have, and materials
 /// that there are. Realtime: yes.

@@ -1,0 +1,215 @@
+#include "shared/library/body_pushes.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "shared/collision/grid_query.hpp"
+#include "shared/dynamics/engine.hpp"
+#include "shared/library/vectors.hpp"
+
+namespace stillgrid::library {
+namespace {
+
+using Eigen::Vector3d;
+using local::GivenBody;
+using local::Twist;
+
+/// Spheres looked at: of more, a state is not whole.
+constexpr std::size_t kMaxNear = 2 * local::kMaxGivenSpheres;
+
+const GivenBody* body_of(std::span<const GivenBody> given, std::uint32_t number) noexcept {
+  const auto body = std::ranges::lower_bound(given, number, {}, &GivenBody::number);
+  return body != given.end() && body->number == number ? &*body : nullptr;
+}
+
+}  // namespace
+
+BodyPushes::BodyPushes(const local::GivenModel& model)
+    : bodies_(model), poses_(model.tools.size()), work_J_(model.tools.size()) {
+  for (const local::GivenModel::Tool& tool : model.tools) {
+    double& reach_m = reach_m_.emplace_back(0.0);
+    for (const local::GivenModel::ToolSphere& sphere : tool.spheres)
+      reach_m = std::max(reach_m, sphere.centre_m.norm() + sphere.radius_m);
+  }
+  near_.reserve(kMaxNear);
+  groups_.reserve(kMaxNear);
+  state_.bodies.reserve(local::kMaxHeldBodies);
+  state_.spheres.reserve(local::kMaxGivenSpheres);
+  pushes_.reserve(local::kMaxHeldBodies * model.tools.size());
+  wrenches_.reserve(local::kMaxHeldBodies);
+  block_.reserve(local::given_state_capacity(SIZE_MAX));
+}
+
+void BodyPushes::clear() noexcept {
+  pushes_.clear();
+  wrenches_.clear();
+  std::ranges::fill(work_J_, 0.0);
+}
+
+Twist BodyPushes::wrench_of(std::uint32_t body) const noexcept {
+  const auto found = std::ranges::lower_bound(wrenches_, body, {},
+                                              [](const auto& wrench) { return wrench.first; });
+  return found != wrenches_.end() && found->first == body ? found->second : Twist::Zero();
+}
+
+/// A ball that holds the tool's origin in these ticks; none where the tool is away.
+std::optional<BodyPushes::Ball> BodyPushes::ball_of(const HandPath& hand, std::uint64_t from,
+                                                    std::uint64_t to) const noexcept {
+  std::optional<std::pair<Vector3d, Vector3d>> box;
+  for (std::uint64_t tick = from; tick <= to; ++tick) {
+    const auto pose = dynamics::led_on_pose(hand.path, tick, hand.led_on_ticks);
+    if (!pose) continue;
+    if (!box) box = {pose->position_m, pose->position_m};
+    box->first = box->first.cwiseMin(pose->position_m);
+    box->second = box->second.cwiseMax(pose->position_m);
+  }
+  if (!box) return std::nullopt;
+  return Ball{0.5 * (box->first + box->second), 0.5 * (box->second - box->first).norm()};
+}
+
+/// Adds the spheres that are in the ball, or come there in that time. Returns whether there was
+/// room for all.
+bool BodyPushes::find_near(publication::MovingRecords& moving, const Ball& ball,
+                           double ahead_s) noexcept {
+  const auto records = moving.records();
+  bool is_whole = true;
+  collision::for_each_candidate(
+      moving.grid().view(), collision::bound_sphere(ball.centre_m, ball.radius_m),
+      collision::kAllVisits, [&](std::uint32_t number) {
+        const proto::SphereRecord& record = records[number];
+        const double distance_m = (vector(record.newest.position_m) - ball.centre_m).norm() -
+                                  double{record.radius_m} -
+                                  ahead_s * vector(record.newest.velocity_m_s).norm();
+        if (!(distance_m < ball.radius_m)) return;
+        is_whole = is_whole && near_.size() < kMaxNear;
+        if (is_whole) near_.push_back({record.body, number, distance_m});
+      });
+  return is_whole;
+}
+
+/// Groups near spheres by their bodies, the nearest body first. Two tools may be near one sphere.
+void BodyPushes::group() noexcept {
+  const auto order = [](const Near& near) { return std::tuple(near.body, near.sphere); };
+  std::ranges::sort(near_, {}, order);
+  const auto repeated = std::ranges::unique(near_, {}, order);
+  near_.erase(repeated.begin(), repeated.end());
+  std::ranges::sort(near_, {}, [](const Near& near) {
+    return std::tuple(near.body, near.distance_m, near.sphere);
+  });
+  groups_.clear();
+  for (std::size_t i = 0; i < near_.size(); ++i) {
+    if (groups_.empty() || groups_.back().body != near_[i].body)
+      groups_.push_back({near_[i].body, i, 0, near_[i].distance_m});
+    ++groups_.back().count;
+  }
+  std::ranges::sort(groups_, {},
+                    [](const Group& group) { return std::tuple(group.distance_m, group.body); });
+}
+
+/// The state of the groups, by number of body.
+void BodyPushes::fill(publication::MovingRecords& moving,
+                      std::span<const GivenBody> given) noexcept {
+  state_.bodies.clear();
+  state_.spheres.clear();
+  std::ranges::sort(groups_, {}, &Group::body);
+  const auto records = moving.records();
+  for (const Group& group : groups_) {
+    const GivenBody* body = body_of(given, group.body);
+    const auto index = static_cast<std::uint32_t>(state_.bodies.size());
+    GivenBody& added = state_.bodies.emplace_back();
+    if (body != nullptr) {
+      added = *body;
+    } else {
+      added.number = group.body;
+      added.centre_m = vector(records[near_[group.first].sphere].newest.position_m);
+    }
+    for (std::size_t i = group.first; i < group.first + group.count; ++i) {
+      const proto::SphereRecord& record = records[near_[i].sphere];
+      local::GivenSphere& sphere = state_.spheres.emplace_back();
+      sphere = {.body = index,
+                .number = near_[i].sphere,
+                .material = record.material,
+                .radius_m = double{record.radius_m},
+                .arm_m = vector(record.newest.position_m) - added.centre_m};
+      if (body == nullptr) sphere.drift_m_s = vector(record.newest.velocity_m_s);
+    }
+  }
+}
+
+void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenBody> given,
+                      std::span<const HandPath> hands, std::uint64_t from,
+                      std::uint64_t to) noexcept {
+  clear();
+  near_.clear();
+  const auto ticks = static_cast<double>(to - from);
+  for (std::size_t hand = 0; hand < hands.size(); ++hand) {
+    std::optional<Ball> ball = ball_of(hands[hand], from, to);
+    if (!ball) continue;
+    ball->radius_m += 4.0 * reach_m_[hand];  // bodies turn, and are pushed on
+    (void)find_near(moving, *ball, ticks * dynamics::kTick_s);
+  }
+  if (near_.empty()) return;
+  group();
+  std::size_t room = local::kMaxGivenSpheres;
+  groups_.resize(std::min(groups_.size(), local::kMaxHeldBodies));
+  for (Group& group : groups_) room -= group.count = std::min(group.count, room);
+  std::erase_if(groups_, [](const Group& group) { return group.count == 0; });
+  fill(moving, given);
+  bodies_.begin(state_);
+  for (std::uint64_t tick = from + 1; tick <= to; ++tick) {
+    for (std::size_t hand = 0; hand < hands.size(); ++hand)
+      poses_[hand] = dynamics::led_on_pose(hands[hand].path, tick, hands[hand].led_on_ticks);
+    bodies_.step(poses_);
+  }
+  for (const GivenBody& body : state_.bodies) wrenches_.emplace_back(body.number, Twist::Zero());
+  for (std::size_t hand = 0; hand < hands.size(); ++hand) tell(hand, ticks);
+}
+
+/// Makes one hand's pushes of what the bodies felt in all ticks.
+void BodyPushes::tell(std::size_t hand, double ticks) noexcept {
+  for (std::size_t i = 0; i < state_.bodies.size(); ++i) {
+    const local::GivenBodies::Push& all = bodies_.push(hand, i);
+    if (!(all.weight_N > 0.0)) continue;
+    const Twist wrench = all.wrench / (ticks * dynamics::kTick_s);
+    const Vector3d arm_m = all.weighted_m_N / all.weight_N, force_N = wrench.head<3>();
+    wrenches_[i].second += wrench;
+    work_J_[hand] += all.work_J;
+    stillgrid_push& push = pushes_.emplace_back();
+    push = {};
+    push.body = state_.bodies[i].number;
+    push.contacts = static_cast<std::uint32_t>(all.contacts);
+    Eigen::Map<Vector3d>(push.force_N) = force_N;
+    Eigen::Map<Vector3d>(push.point_m) = state_.bodies[i].centre_m + arm_m;
+    Eigen::Map<Vector3d>(push.torque_N_m) = wrench.tail<3>() - arm_m.cross(force_N);
+  }
+}
+
+std::span<const std::byte> BodyPushes::state_at(std::uint64_t tick,
+                                                publication::MovingRecords& moving,
+                                                std::span<const GivenBody> given,
+                                                std::span<const HandPath> hands, double reach_m) {
+  bool is_whole = false;
+  for (int tries = 0; tries < 4 && !is_whole; ++tries, reach_m *= 0.5) {
+    is_whole = true;
+    near_.clear();
+    for (std::size_t hand = 0; hand < hands.size(); ++hand)
+      if (std::optional<Ball> ball = ball_of(hands[hand], tick, tick)) {
+        ball->radius_m += reach_m_[hand] + reach_m;
+        is_whole = find_near(moving, *ball, 0.0) && is_whole;
+      }
+  }
+  if (!is_whole) return {};
+  std::erase_if(near_, [&](const Near& near) { return body_of(given, near.body) == nullptr; });
+  group();
+  std::size_t room = local::kMaxGivenSpheres, bodies = local::kMaxGivenBodies;
+  std::erase_if(groups_, [&](const Group& group) {
+    const bool fits = group.count <= room && bodies > 0;
+    if (fits) room -= group.count, --bodies;
+    return !fits;
+  });
+  fill(moving, given);
+  encode(state_, block_);
+  return block_;
+}
+
+}  // namespace stillgrid::library

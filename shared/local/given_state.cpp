@@ -1,0 +1,201 @@
+#include "shared/local/given_state.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "proto/scene_segment.hpp"
+#include "shared/dynamics/byte_block.hpp"
+
+namespace stillgrid::local {
+namespace {
+
+constexpr std::uint64_t kFormat = 0x31'6e65766967'6773;  // "sggiven1"; counts up with the layout
+constexpr double kLightest = 1e12;                       // response to a force: a speck of 1e-12 kg
+constexpr double kRounding = 1e-6;                       // of a response
+constexpr std::size_t kBodyBytes = 8 + (3 + 6 + 6 + 36) * 8, kSphereBytes = 3 * 8 + 4 * 8;
+
+class Writer : public dynamics::BlockWriter {
+ public:
+  using BlockWriter::BlockWriter;
+  template <class Vector>
+  void each(const Vector& values) {
+    for (const double x : values.reshaped()) add(x);
+  }
+};
+
+/// Reads numbers within a bound; is_right() tells whether all were.
+class Reader : public dynamics::BlockReader {
+ public:
+  using BlockReader::BlockReader;
+  [[nodiscard]] double real(double largest = proto::kLargestNumber) {
+    const auto x = number<double>();
+    is_right_ = is_right_ && std::abs(x) <= largest;
+    return x;
+  }
+  /// A whole number below `end`.
+  [[nodiscard]] std::uint32_t index(std::uint64_t end) {
+    const auto x = number<std::uint64_t>();
+    is_right_ = is_right_ && x < end;
+    return static_cast<std::uint32_t>(x);
+  }
+  template <class Vector>
+  void each(Vector&& values, double largest = proto::kLargestNumber) {
+    for (double& x : values.reshaped()) x = real(largest);
+  }
+  [[nodiscard]] bool is_right() const { return is_right_; }
+
+ private:
+  bool is_right_ = true;
+};
+
+bool read(Reader& reader, std::size_t materials, GivenState& state) {
+  constexpr std::uint64_t kNumbers = std::uint64_t{1} << 32U;
+  const std::uint64_t bodies = reader.count(kBodyBytes);
+  if (bodies > kMaxGivenBodies) return false;
+  for (std::uint64_t i = 0; i < bodies; ++i) {
+    GivenBody& body = state.bodies.emplace_back();
+    body.number = reader.index(kNumbers);
+    reader.each(body.centre_m);
+    reader.each(body.twist);
+    reader.each(body.acceleration, kLightest);
+    reader.each(body.inverse_inertia, kLightest);
+    const bool is_next = i == 0 || state.bodies[i - 1].number < body.number;
+    if (!is_next || !reader.is_right() || !is_inverse_inertia(body.inverse_inertia)) return false;
+  }
+  const std::uint64_t spheres = reader.count(kSphereBytes);
+  if (spheres > kMaxGivenSpheres) return false;
+  for (std::uint64_t i = 0; i < spheres; ++i) {
+    GivenSphere& sphere = state.spheres.emplace_back();
+    sphere.body = reader.index(bodies);
+    sphere.number = reader.index(kNumbers);
+    sphere.material = reader.index(materials);
+    sphere.radius_m = reader.real();
+    reader.each(sphere.arm_m);
+    const bool is_next = i == 0 || state.spheres[i - 1].body <= sphere.body;
+    if (!is_next || !(sphere.radius_m > 0.0) || !reader.is_right()) return false;
+  }
+  return reader.is_at_end();
+}
+
+void require(bool is_right) {
+  if (!is_right) throw std::invalid_argument("no model of given bodies");
+}
+
+}  // namespace
+
+std::size_t given_state_capacity(std::size_t moving_count) noexcept {
+  return 16 + std::min(kMaxGivenBodies, moving_count) * kBodyBytes +
+         std::min(kMaxGivenSpheres, moving_count) * kSphereBytes;
+}
+
+bool is_inverse_inertia(const Matrix6& matrix) noexcept {
+  // In units in which each diagonal entry is 1.
+  Twist unit;
+  for (int i = 0; i < 6; ++i) {
+    const double own = matrix(i, i);
+    if (!(own >= 0.0 && own <= kLightest)) return false;
+    unit[i] = own > 0.0 ? 1.0 / std::sqrt(own) : 0.0;
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j) {
+      const double largest = std::sqrt(matrix(i, i)) * std::sqrt(matrix(j, j));
+      // Written so that a NaN does not pass.
+      if (!(std::abs(matrix(i, j)) <= (1.0 + kRounding) * largest &&
+            std::abs(matrix(i, j) - matrix(j, i)) <= kRounding * largest))
+        return false;
+    }
+  const Matrix6 scaled = unit.asDiagonal() * matrix * unit.asDiagonal();
+  const Eigen::LLT<Matrix6> factor(scaled + kRounding * Matrix6::Identity());
+  return factor.info() == Eigen::Success;
+}
+
+std::vector<std::byte> encode(const GivenModel& model) {
+  std::vector<std::byte> bytes;
+  Writer writer(bytes);
+  writer.add(kFormat);
+  writer.add(model.period_ticks);
+  writer.add<std::uint64_t>(model.materials.size());
+  for (const collision::ContactMaterial& m : model.materials)
+    for (const double x : {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s})
+      writer.add(x);
+  writer.add<std::uint64_t>(model.tools.size());
+  for (const GivenModel::Tool& tool : model.tools) {
+    writer.add(tool.slip_speed_m_s);
+    writer.add<std::uint64_t>(tool.spheres.size());
+    for (const GivenModel::ToolSphere& sphere : tool.spheres) {
+      writer.each(sphere.centre_m);
+      writer.add(sphere.radius_m);
+    }
+  }
+  return bytes;
+}
+
+bool is_given_model(std::span<const std::byte> bytes) noexcept {
+  std::uint64_t format = 0;
+  if (bytes.size() < sizeof format) return false;
+  std::memcpy(&format, bytes.data(), sizeof format);
+  return format == kFormat;
+}
+
+GivenModel decode_given_model(std::span<const std::byte> bytes) {
+  Reader reader(bytes);
+  require(reader.number<std::uint64_t>() == kFormat);
+  GivenModel model;
+  model.period_ticks = reader.number<std::uint64_t>();
+  require(model.period_ticks > 0 && model.period_ticks <= 100'000);
+  model.materials.resize(reader.count(4 * 8));
+  for (collision::ContactMaterial& m : model.materials) {
+    for (double* x : {&m.stiffness_N_per_m, &m.damping_N_s_per_m, &m.friction, &m.slip_speed_m_s})
+      require((*x = reader.real()) >= 0.0);
+    require(m.slip_speed_m_s > 0.0);
+  }
+  model.tools.resize(reader.count(2 * 8));
+  for (GivenModel::Tool& tool : model.tools) {
+    tool.slip_speed_m_s = reader.real();
+    require(tool.slip_speed_m_s > 0.0);
+    tool.spheres.resize(reader.count(4 * 8));
+    for (GivenModel::ToolSphere& sphere : tool.spheres) {
+      reader.each(sphere.centre_m);
+      require((sphere.radius_m = reader.real()) > 0.0);
+    }
+  }
+  require(reader.is_right() && reader.is_at_end() && model.tools.size() <= proto::kMaxHands);
+  return model;
+}
+
+void encode(const GivenState& state, std::vector<std::byte>& bytes) {
+  Writer writer(bytes);
+  writer.add<std::uint64_t>(state.bodies.size());
+  for (const GivenBody& body : state.bodies) {
+    writer.add<std::uint64_t>(body.number);
+    writer.each(body.centre_m);
+    writer.each(body.twist);
+    writer.each(body.acceleration);
+    writer.each(body.inverse_inertia);
+  }
+  writer.add<std::uint64_t>(state.spheres.size());
+  for (const GivenSphere& sphere : state.spheres) {
+    for (const std::uint64_t x : {sphere.body, sphere.number, sphere.material}) writer.add(x);
+    writer.add(sphere.radius_m);
+    writer.each(sphere.arm_m);
+  }
+}
+
+bool decode(std::span<const std::byte> bytes, std::size_t materials, GivenState& state) {
+  state.bodies.clear();
+  state.spheres.clear();
+  bool is_right = false;
+  try {
+    Reader reader(bytes);
+    is_right = read(reader, materials, state);
+  } catch (const std::invalid_argument&) {  // it ends too early
+  }
+  if (is_right) return true;
+  state.bodies.clear();
+  state.spheres.clear();
+  return false;
+}
+
+}  // namespace stillgrid::local

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/collision/contact_law.hpp"
+
+namespace stillgrid::local {
+
+using Twist = Eigen::Matrix<double, 6, 1>;    // of a centre, and about it; of a wrench too
+using Matrix6 = Eigen::Matrix<double, 6, 6>;  // of an inverse inertia: 1/kg, 1/(kg m), 1/(kg m^2)
+
+/// What stays the same in a scene of given bodies: what their contacts with the tools depend on.
+struct GivenModel {
+  struct ToolSphere {
+    Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // in the tool's frame
+    double radius_m = 0.0;
+  };
+  struct Tool {
+    double slip_speed_m_s = 0.0;  // see collision::tool_material()
+    std::vector<ToolSphere> spheres;
+  };
+  std::uint64_t period_ticks = 1;  // of publications, rounded up
+  std::vector<collision::ContactMaterial> materials;
+  std::vector<Tool> tools;  // one a hand
+};
+
+/// A rigid body as its publisher gives it: it moves on under the acceleration, and gives way to the
+/// tools by its inverse inertia. All in the frame of the world, at the body's centre.
+struct GivenBody {
+  std::uint32_t number = 0;  // of the publisher
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  Twist twist = Twist::Zero();         // m/s, rad/s
+  Twist acceleration = Twist::Zero();  // by all but the tools, m/s^2, rad/s^2
+  Matrix6 inverse_inertia = Matrix6::Zero();
+};
+
+/// A sphere of a given body.
+struct GivenSphere {
+  std::uint32_t body = 0;    // index among the state's bodies
+  std::uint32_t number = 0;  // of the publisher
+  std::uint32_t material = 0;
+  double radius_m = 0.0;
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();      // from the body's centre
+  Eigen::Vector3d drift_m_s = Eigen::Vector3d::Zero();  // beside the body's twist; not encoded
+};
+
+/// The bodies near the tools at one moment. Spheres are in the order of their bodies.
+struct GivenState {
+  std::vector<GivenBody> bodies;
+  std::vector<GivenSphere> spheres;
+};
+
+/// Bodies that one state encodes, and bodies and spheres that a copy has room for.
+inline constexpr std::size_t kMaxGivenBodies = 64, kMaxHeldBodies = 512, kMaxGivenSpheres = 2048;
+
+/// Bytes of the largest state of a scene of so many spheres, a multiple of 8.
+[[nodiscard]] std::size_t given_state_capacity(std::size_t moving_count) noexcept;
+
+/// Whether a matrix of numbers up to 1e12 is symmetric to rounding and has no eigenvalue below 0
+/// but for rounding: 1e-6 of its diagonal. Realtime: yes.
+[[nodiscard]] bool is_inverse_inertia(const Matrix6& matrix) noexcept;
+
+/// Returns the model as bytes. They begin otherwise than those of dynamics::encode().
+[[nodiscard]] std::vector<std::byte> encode(const GivenModel& model);
+/// Whether bytes begin as those of a GivenModel.
+[[nodiscard]] bool is_given_model(std::span<const std::byte> bytes) noexcept;
+/// Returns the model of encode()'s bytes. They may be hostile: it throws std::invalid_argument
+/// where they hold no such model or a number that contradicts its meaning.
+[[nodiscard]] GivenModel decode_given_model(std::span<const std::byte> bytes);
+
+/// Writes a state as one block. Realtime: yes, where bytes has given_state_capacity().
+/// Pre: kMaxGivenBodies and kMaxGivenSpheres at most.
+void encode(const GivenState& state, std::vector<std::byte>& bytes);
+/// Reads encode()'s block, which may be hostile: returns false where a count, a number, an inverse
+/// inertia or an order is none that a publisher writes; the state is then empty. Realtime: yes,
+/// where the state's vectors have room for kMaxGivenBodies and kMaxGivenSpheres.
+[[nodiscard]] bool decode(std::span<const std::byte> bytes, std::size_t materials,
+                          GivenState& state);
+
+}  // namespace stillgrid::local
