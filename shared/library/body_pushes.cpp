@@ -73,8 +73,13 @@ bool BodyPushes::find_near(publication::MovingRecords& moving, const Ball& ball,
                            double ahead_s) noexcept {
   const auto records = moving.records();
   bool is_whole = true;
+  double fastest_m_s = 0.0;  // a swept bound holds where its sphere was
+  if (ahead_s > 0.0)
+    for (const proto::SphereRecord& record : records)
+      fastest_m_s = std::max(fastest_m_s, vector(record.newest.velocity_m_s).norm());
   collision::for_each_candidate(
-      moving.grid().view(), collision::bound_sphere(ball.centre_m, ball.radius_m),
+      moving.grid().view(),
+      collision::bound_sphere(ball.centre_m, ball.radius_m + ahead_s * fastest_m_s),
       collision::kAllVisits, [&](std::uint32_t number) {
         const proto::SphereRecord& record = records[number];
         const double distance_m = (vector(record.newest.position_m) - ball.centre_m).norm() -

@@ -132,8 +132,6 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
 void Publisher::end_step() noexcept {
   std::swap(bodies_, before_);
   bodies_.clear();
-  for (local::GivenBody& body : before_)
-    body.acceleration = body.inverse_inertia * pushes_.wrench_of(body.number);
   if (has_pushes_ && state_ns_) {
     *state_ns_ += static_cast<std::uint64_t>(std::llround(1e9 * step_s_ * stretch_));
     for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
@@ -142,15 +140,27 @@ void Publisher::end_step() noexcept {
         hands_[hand].told_tool_ns = std::min(*newest * proto::kPathTick_ns, *state_ns_);
     }
   }
-  pushes_.clear();
+  if (!has_pushes_) pushes_.clear();  // else they tell what the step did
   has_pushes_ = false;
 }
 
-/// What else acted on a body in the last step; nothing where it was not given before.
-local::Twist Publisher::acceleration_of(const local::GivenBody& body) const noexcept {
-  const auto before = std::ranges::lower_bound(before_, body.number, {}, &local::GivenBody::number);
-  if (before == before_.end() || before->number != body.number) return local::Twist::Zero();
-  return (body.twist - before->twist) / step_s_ - before->acceleration;
+/// What acted on a body in the last step beside the tools: an acceleration, and the share of the
+/// push that was resisted, by how both changed. Nothing of a body that was not given before.
+void Publisher::explain_motion(local::GivenBody& body) const noexcept {
+  constexpr double kChange = 1e-4;  // of the pushes' energy: less tells nothing
+  const auto found = std::ranges::lower_bound(before_, body.number, {}, &local::GivenBody::number);
+  if (found == before_.end() || found->number != body.number) return;
+  const local::GivenBody& before = *found;
+  const auto energy = [&](const local::Twist& wrench) {
+    return wrench.dot(before.inverse_inertia * wrench);
+  };
+  body.push = pushes_.wrench_of(body.number);
+  body.acceleration = (body.twist - before.twist) / step_s_ - before.inverse_inertia * body.push;
+  const local::Twist change = body.push - before.push;
+  body.resisted = before.resisted;
+  if (energy(change) > kChange * (energy(body.push) + energy(before.push)))
+    body.resisted =
+        std::clamp(-change.dot(body.acceleration - before.acceleration) / energy(change), 0.0, 1.0);
 }
 
 int Publisher::set_responses(std::span<const stillgrid_response> responses) {
@@ -185,7 +195,7 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
                           .centre_m = Eigen::Vector3d(response.centre_m),
                           .twist = local::Twist(response.velocity),
                           .inverse_inertia = 0.5 * (inverse_inertia + inverse_inertia.transpose())};
-    body.acceleration = acceleration_of(body);
+    explain_motion(body);
     given_.insert(next, body);
   }
   std::swap(bodies_, given_);
@@ -279,7 +289,7 @@ int Publisher::publish(std::uint64_t state_time_ns) {
                     .step_ns = is_virtual() || !waited_ ? 0 : now_ns - std::min(now_ns, time_ns_),
                     .contacts = 0,
                     .tool_work_J = hands_[hand].work_J},
-                   {}, {}, state);
+                   {}, state);
   }
   if (is_virtual()) {
     session_.promise(&Header::lockstep_sample_ns, state_ns + spec_.period_ns);

@@ -47,7 +47,7 @@ class Publisher {
   int wait_in_virtual_time(std::uint64_t& time_ns);
   void follow_tools();
   void end_step() noexcept;
-  [[nodiscard]] local::Twist acceleration_of(const local::GivenBody& body) const noexcept;
+  void explain_motion(local::GivenBody& body) const noexcept;
   [[nodiscard]] publication::SnapshotState state_at(std::uint64_t state_ns);
 
   publication::SessionSpec spec_;
@@ -57,10 +57,9 @@ class Publisher {
   std::optional<publication::LockstepPeers> peers_;
   std::optional<realtime::PeriodicTimer> timer_;
   publication::MovingRecords moving_;
-  std::uint64_t published_ns_ = 0;  // the last state shown, in real time
-  // By number: being checked, of this state, and of the one before, whose acceleration is the
-  // pushes' alone.
-  std::vector<local::GivenBody> given_, bodies_, before_;
+  std::uint64_t published_ns_ = 0;                         // the last state shown, in real time
+  std::vector<local::GivenBody> given_, bodies_, before_;  // by number: being checked, of this
+                                                           // state and of the one before
   BodyPushes pushes_;
   std::vector<Hand> hands_;
   std::vector<HandPath> paths_;  // of each hand

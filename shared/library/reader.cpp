@@ -126,7 +126,6 @@ void Reader::take_up() {
   if (snapshots_.turn_to(scene)) newest_ = {};
   const std::size_t capacity = scene.scene().moving_capacity;
   newest_.spheres.reserve(capacity);
-  newest_.responses.reserve(publication::response_capacity(capacity, scene.moving_fields()));
   newest_.fields.reserve(scene.moving_fields());
   scene_ = &scene;
 }
@@ -248,8 +247,7 @@ int Reader::displayed(stillgrid_snapshot& told) {
   const auto count = static_cast<std::uint32_t>(newest_.spheres.size());
   const auto as_displayed = [&](std::uint32_t i) {
     const proto::SphereRecord& record = newest_.spheres[i];
-    return ToldSphere{
-        record, reading::displayed_m(record, newest_.responses, *shown), {kNone, kNone, kNone}};
+    return ToldSphere{record, reading::displayed_m(record, *shown), {kNone, kNone, kNone}};
   };
   if (const int code = tell(count, scene_->scene().material_count, told, as_displayed)) return code;
   tell_times(newest_.header, told);

@@ -211,7 +211,6 @@ int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
   if (scene.gives_inertia > 1)
     return fail(STILLGRID_E_ARGUMENT, "scene.gives_inertia: %u: expected 0 or 1",
                 scene.gives_inertia);
-  fixed.predicts = false;
   if (scene.name != nullptr) fixed.name = scene.name;
   if (fixed.name.size() >= sizeof(proto::SceneHeader::name))
     return fail(STILLGRID_E_ARGUMENT, "scene.name: %zu bytes: expected %zu at most",

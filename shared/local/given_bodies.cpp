@@ -44,6 +44,7 @@ GivenBodies::GivenBodies(GivenModel model)
   state_.bodies.reserve(kMaxHeldBodies);
   state_.spheres.reserve(kMaxGivenSpheres);
   turns_.reserve(kMaxHeldBodies);
+  starts_.reserve(kMaxHeldBodies);
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
     double& reach_m = reach_m_.emplace_back(0.0);
     for (const GivenModel::ToolSphere& sphere : model_.tools[hand].spheres)
@@ -56,6 +57,9 @@ void GivenBodies::begin(const GivenState& state) noexcept {
   state_.bodies.assign(state.bodies.begin(), state.bodies.end());
   state_.spheres.assign(state.spheres.begin(), state.spheres.end());
   turns_.assign(state.bodies.size(), Eigen::Quaterniond::Identity());
+  starts_.clear();
+  for (const GivenBody& body : state.bodies) starts_.push_back(body.twist);
+  ticks_ = 0;
   for (PlacedTool& tool : tools_) tool.is_here = false;
   for (std::size_t hand = 0; hand < tools_.size(); ++hand)
     std::fill_n(pushes_.begin() + static_cast<std::ptrdiff_t>(hand * kMaxHeldBodies),
@@ -66,11 +70,10 @@ Vector3d GivenBodies::position_m(const GivenSphere& sphere) const noexcept {
   return state_.bodies[sphere.body].centre_m + turns_[sphere.body] * sphere.arm_m;
 }
 
-Vector3d GivenBodies::velocity_m_s(const GivenSphere& sphere) const noexcept {
-  const Twist& twist = state_.bodies[sphere.body].twist;
-  const Vector3d turning_rad_s = twist.tail<3>();
-  return twist.head<3>() + turning_rad_s.cross(turns_[sphere.body] * sphere.arm_m) +
-         sphere.drift_m_s;
+Vector3d GivenBodies::velocity_m_s(const GivenSphere& sphere,
+                                   const Vector3d& point_m) const noexcept {
+  const GivenBody& body = state_.bodies[sphere.body];
+  return motion_of(point_m - body.centre_m) * body.twist + sphere.drift_m_s;
 }
 
 bool GivenBodies::is_plausible() const noexcept {
@@ -158,6 +161,25 @@ void GivenBodies::take(std::size_t hand, std::size_t body, const Twist& wrench) 
   push.work_J += kTick_s * (wrench.dot(state_.bodies[body].twist) + contacts.drift_W);
 }
 
+/// What resists a body's push keeps it to its course: a damper on what leaves it, along the push.
+/// Without it a light body would swing between a stiff tool and a steady force.
+GivenBodies::Course GivenBodies::course_of(std::size_t index, const Matrix6& inverse_inertia,
+                                           const Matrix6& resisting) const noexcept {
+  const GivenBody& body = state_.bodies[index];
+  Course course{body.twist, inverse_inertia};
+  const Twist led = inverse_inertia * body.push;
+  const double power = body.push.dot(led);
+  if (!(power > 0.0 && body.resisted > 0.0)) return course;
+  // Critical for a mass of its own on the contact's spring.
+  const double damping = 2.0 * body.resisted * std::sqrt((inverse_inertia * resisting).trace());
+  const double share = damping / (1.0 + damping) / power;
+  const Twist kept =
+      starts_[index] + static_cast<double>(ticks_) * kTick_s * (body.acceleration + led);
+  course.twist -= share * body.push.dot(body.twist - kept) * led;
+  course.inverse_inertia -= share * led * led.transpose();
+  return course;
+}
+
 void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexcept {
   GivenBody& body = state_.bodies[index];
   Eigen::Quaterniond& turn = turns_[index];
@@ -169,7 +191,6 @@ void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexce
     turn = (dynamics::rotation_by(kTick_s * body.twist.tail<3>()) * start).normalized();
   };
   move();  // where the body goes without the tools
-  Contacts all;
   for (Contacts& contacts : contacts_) contacts = {};
   for (GivenSphere& sphere : spheres) {
     sphere.arm_m += kTick_s * sphere.drift_m_s;
@@ -177,25 +198,29 @@ void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexce
     for (std::size_t hand = 0; hand < tools_.size(); ++hand)
       if (tools_[hand].is_here) touch(hand, body, arm_m, sphere, contacts_[hand]);
   }
+  Contacts all;
   for (const Contacts& contacts : contacts_) {
     all.wrench += contacts.wrench;
     all.resisting += contacts.resisting;
     all.count += contacts.count;
   }
   if (all.count == 0) return;
-  const Matrix6 inverse_inertia = turned(body.inverse_inertia, turn);
-  const Matrix6 equations = Matrix6::Identity() + all.resisting * inverse_inertia;
-  const Twist wrench = equations.partialPivLu().solve(all.wrench);
-  const Twist gained = inverse_inertia * wrench;  // by the tools, per s
-  body.twist += kTick_s * gained;
+  const Course course = course_of(index, turned(body.inverse_inertia, turn), all.resisting);
+  const Twist led = body.twist;
+  const Matrix6 equations = Matrix6::Identity() + all.resisting * course.inverse_inertia;
+  const Twist wrench =
+      equations.partialPivLu().solve(all.wrench - all.resisting * (course.twist - led) / kTick_s);
+  body.twist = course.twist + kTick_s * course.inverse_inertia * wrench;
   move();
   for (std::size_t hand = 0; hand < tools_.size(); ++hand)
     if (contacts_[hand].count > 0)
-      take(hand, index, contacts_[hand].wrench - contacts_[hand].resisting * gained);
+      take(hand, index,
+           contacts_[hand].wrench - contacts_[hand].resisting * (body.twist - led) / kTick_s);
 }
 
 void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept {
   place(tools);
+  ++ticks_;
   const std::span<GivenSphere> all(state_.spheres);
   for (std::size_t body = 0, first = 0; body < state_.bodies.size(); ++body) {
     std::size_t end = first;

@@ -50,7 +50,9 @@ class GivenBodies {
   [[nodiscard]] std::span<const GivenBody> bodies() const noexcept { return state_.bodies; }
   [[nodiscard]] std::span<const GivenSphere> spheres() const noexcept { return state_.spheres; }
   [[nodiscard]] Eigen::Vector3d position_m(const GivenSphere& sphere) const noexcept;
-  [[nodiscard]] Eigen::Vector3d velocity_m_s(const GivenSphere& sphere) const noexcept;
+  /// Of a point that is fixed to the sphere's body.
+  [[nodiscard]] Eigen::Vector3d velocity_m_s(const GivenSphere& sphere,
+                                             const Eigen::Vector3d& point_m) const noexcept;
   [[nodiscard]] const Push& push(std::size_t hand, std::size_t body) const noexcept {
     return pushes_[hand * kMaxHeldBodies + body];
   }
@@ -74,6 +76,13 @@ class GivenBodies {
     double drift_W = 0.0;  // of the forces on spheres that drift
     int count = 0;
   };
+  /// The twist to which a body goes without its contacts, and how it gives way to them.
+  struct Course {
+    Twist twist;
+    Matrix6 inverse_inertia;
+  };
+  [[nodiscard]] Course course_of(std::size_t index, const Matrix6& inverse_inertia,
+                                 const Matrix6& resisting) const noexcept;
   void place(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept;
   void step(std::size_t body, std::span<GivenSphere> spheres) noexcept;
   void touch(std::size_t hand, const GivenBody& body, const Eigen::Vector3d& arm_m,
@@ -83,6 +92,8 @@ class GivenBodies {
   GivenModel model_;
   GivenState state_;
   std::vector<Eigen::Quaterniond> turns_;  // of each body since the state
+  std::vector<Twist> starts_;              // of each body in the state
+  std::uint64_t ticks_ = 0;                // since the state
   std::vector<PlacedTool> tools_;
   std::vector<double> reach_m_;     // of each tool's spheres from its origin
   std::vector<Contacts> contacts_;  // of each hand with the body in turn

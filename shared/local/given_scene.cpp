@@ -24,7 +24,7 @@ GivenScene::GivenScene(const GivenModel& model, std::size_t hands, std::size_t o
   decoded_.spheres.reserve(kMaxGivenSpheres);
 }
 
-bool GivenScene::confirms(std::uint64_t tick) const noexcept {
+bool GivenScene::confirms(std::uint64_t tick, std::uint64_t /*hash*/) const noexcept {
   const Copy& next = other();
   if (next.is_begun) return true;
   return shown_->is_begun && shown_->began >= tick;
@@ -50,20 +50,27 @@ void GivenScene::step(Copy& copy) noexcept {
   copy.bodies.step(poses_);
 }
 
-bool GivenScene::advance_to(std::uint64_t tick) noexcept {
+Advance GivenScene::advance_to(std::uint64_t tick) noexcept {
+  Advance advance;
+  const auto step_by_one = [&](Copy& copy) {
+    step(copy);
+    ++advance.ticks;
+  };
   // Behind its newest point the own path is not known yet.
   const std::uint64_t known = std::min(tick, tools_[own_hand_].path.newest().value_or(0));
   // One that is too far behind waits for a state that is nearer.
   if (shown_->tick + kMaxTicks < known) shown_->is_begun = false;
-  while (shown_->is_begun && shown_->tick < known) step(*shown_);
+  while (shown_->is_begun && shown_->tick < known) step_by_one(*shown_);
   Copy& next = other();
-  for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step(next);
+  for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step_by_one(next);
   if (next.is_begun && next.tick >= known) {
     shown_->is_begun = false;
     shown_ = &next;
+    advance.is_swap = true;
   }
   shown_->is_begun = shown_->is_begun && shown_->bodies.is_plausible();
-  return shown_->is_begun && shown_->tick == tick;
+  advance.is_known = shown_->is_begun && shown_->tick == tick;
+  return advance;
 }
 
 }  // namespace stillgrid::local

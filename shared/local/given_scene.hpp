@@ -9,6 +9,7 @@
 
 #include "shared/dynamics/tool_path.hpp"
 #include "shared/local/given_bodies.hpp"
+#include "shared/local/local_scene.hpp"
 
 namespace stillgrid::local {
 
@@ -37,14 +38,13 @@ class GivenScene {
 
   /// Whether a snapshot's state of that tick is not wanted: one that is as new was begun, or a copy
   /// is on its way.
-  [[nodiscard]] bool confirms(std::uint64_t tick) const noexcept;
+  [[nodiscard]] bool confirms(std::uint64_t tick, std::uint64_t hash = 0) const noexcept;
   /// Begins the second copy from a snapshot's state. Returns whether it is one of this model.
   bool begin_at(std::uint64_t tick, std::span<const std::byte> state) noexcept;
-  /// Moves the copies on to a tick, the second one by a few ticks at most. Returns whether the
-  /// bodies are known there.
-  bool advance_to(std::uint64_t tick) noexcept;
+  /// Moves the copies on to a tick, the second one by a few ticks at most.
+  Advance advance_to(std::uint64_t tick) noexcept;
 
-  /// The bodies at the tick of the last advance_to(). Pre: it returned true.
+  /// The bodies at the tick of the last advance_to(). Pre: they were known there.
   [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown_->bodies; }
 
  private:

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kFormat = 0x31'6e65766967'6773;  // "sggiven1"; counts up with the layout
 constexpr double kLightest = 1e12;                       // response to a force: a speck of 1e-12 kg
 constexpr double kRounding = 1e-6;                       // of a response
-constexpr std::size_t kBodyBytes = 8 + (3 + 6 + 6 + 36) * 8, kSphereBytes = 3 * 8 + 4 * 8;
+constexpr std::size_t kBodyBytes = 8 + (3 + 6 + 6 + 36 + 6 + 1) * 8, kSphereBytes = 3 * 8 + 4 * 8;
 
 class Writer : public dynamics::BlockWriter {
  public:
@@ -61,8 +61,12 @@ bool read(Reader& reader, std::size_t materials, GivenState& state) {
     reader.each(body.twist);
     reader.each(body.acceleration, kLightest);
     reader.each(body.inverse_inertia, kLightest);
+    reader.each(body.push);
+    body.resisted = reader.real(1.0);
     const bool is_next = i == 0 || state.bodies[i - 1].number < body.number;
-    if (!is_next || !reader.is_right() || !is_inverse_inertia(body.inverse_inertia)) return false;
+    if (!is_next || !reader.is_right() || !(body.resisted >= 0.0) ||
+        !is_inverse_inertia(body.inverse_inertia))
+      return false;
   }
   const std::uint64_t spheres = reader.count(kSphereBytes);
   if (spheres > kMaxGivenSpheres) return false;
@@ -174,6 +178,8 @@ void encode(const GivenState& state, std::vector<std::byte>& bytes) {
     writer.each(body.twist);
     writer.each(body.acceleration);
     writer.each(body.inverse_inertia);
+    writer.each(body.push);
+    writer.add(body.resisted);
   }
   writer.add<std::uint64_t>(state.spheres.size());
   for (const GivenSphere& sphere : state.spheres) {

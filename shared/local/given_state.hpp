@@ -36,6 +36,8 @@ struct GivenBody {
   Twist twist = Twist::Zero();         // m/s, rad/s
   Twist acceleration = Twist::Zero();  // by all but the tools, m/s^2, rad/s^2
   Matrix6 inverse_inertia = Matrix6::Zero();
+  Twist push = Twist::Zero();  // mean wrench of the tools in the last step, N, N m
+  double resisted = 0.0;       // share of it that something else took, as a floor does, 0 to 1
 };
 
 /// A sphere of a given body.

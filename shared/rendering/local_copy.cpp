@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
+
+#include "shared/rendering/tool_force.hpp"
 
 namespace stillgrid::rendering {
 namespace {
@@ -29,17 +32,29 @@ proto::FieldState state_of(const dynamics::Description::Field& field,
       state.rigid_velocity_m_s[rigid].vector() + spin_rad_s.cross(arm_m), spin_rad_s);
 }
 
+LocalCopy::Scene scene_of(const publication::SceneView& view) {
+  const std::size_t hands = std::max(view.scene().hand_count, 1U), own = view.scene().hand;
+  if (local::is_given_model(view.model()))
+    return LocalCopy::Scene(std::in_place_type<local::GivenScene>, view.model(), hands, own);
+  return LocalCopy::Scene(std::in_place_type<local::LocalScene>, view.model(),
+                          publication::copy_fields(view.fields(), view.reader().fixed_bytes()),
+                          hands, own);
+}
+
 }  // namespace
 
 /// Moving spheres come first in a model. Fields: see moving_among().
 LocalCopy::LocalCopy(const publication::SceneView& view)
-    : scene_(view.model(), publication::copy_fields(view.fields(), view.reader().fixed_bytes()),
-             std::max(view.scene().hand_count, 1U), view.scene().hand),
-      records_(view.scene().moving_capacity),
+    : scene_(scene_of(view)),
+      records_(is_given() ? 0 : view.scene().moving_capacity),
       fields_(moving_among(view.fields())),
       field_words_(fields_.records().size_bytes() / 8) {
-  const auto& spheres = scene_.description().spheres;
-  const std::size_t count = view.scene().moving_capacity;
+  loaded_.reserve(view.scene().state_capacity);
+  if (!is_given()) declare(view.scene().moving_capacity);
+}
+
+void LocalCopy::declare(std::size_t count) {
+  const auto& spheres = std::get<local::LocalScene>(scene_).description().spheres;
   if (count > spheres.size()) throw std::invalid_argument("the model has too few spheres");
   std::vector<double> radii_m;
   std::vector<std::uint32_t> materials, bodies;
@@ -56,15 +71,42 @@ LocalCopy::LocalCopy(const publication::SceneView& view)
                     .materials = materials.data(),
                     .bodies = bodies.data(),
                     .positions_m = nullptr});
-  loaded_.reserve(view.scene().state_capacity);
   positions_m_.resize(3 * count);
   velocities_m_s_.resize(3 * count);
 }
 
+void LocalCopy::replace(std::span<const PlacedToolSphere> tool,
+                        TouchedSpheres& touched) const noexcept {
+  const local::GivenBodies& given = std::get<local::GivenScene>(scene_).bodies();
+  touched.remove_if([&](const TouchedSphere& sphere) {
+    return std::ranges::binary_search(given.bodies(), sphere.body, {}, &local::GivenBody::number);
+  });
+  for (const local::GivenSphere& sphere : given.spheres()) {
+    TouchedSphere touch{.position_m = given.position_m(sphere),
+                        .velocity_m_s = Eigen::Vector3d::Zero(),
+                        .radius_m = sphere.radius_m,
+                        .material = sphere.material,
+                        .tool_sphere = 0,
+                        .swept = false,
+                        .number = sphere.number,
+                        .body = given.bodies()[sphere.body].number};
+    for (std::uint32_t i = 0; i < tool.size(); ++i) {
+      const double touching_m = tool[i].radius_m + sphere.radius_m;
+      // Written so that a NaN does not pass.
+      if (!((touch.position_m - tool[i].position_m).squaredNorm() < touching_m * touching_m))
+        continue;
+      touch.tool_sphere = i;
+      touch.velocity_m_s = given.velocity_m_s(sphere, contact_with(touch, tool[i]).point_m);
+      touched.add(touch);
+    }
+  }
+}
+
 void LocalCopy::show_spheres() {
-  const dynamics::SceneState& state = scene_.state();
+  const auto& scene = std::get<local::LocalScene>(scene_);
+  const dynamics::SceneState& state = scene.state();
   for (std::size_t i = 0; i < positions_m_.size() / 3; ++i) {
-    const dynamics::Description::Sphere& sphere = scene_.description().spheres[i];
+    const dynamics::Description::Sphere& sphere = scene.description().spheres[i];
     Eigen::Vector3d::Map(&positions_m_[3 * i]) =
         dynamics::sphere_position_m(sphere, state).vector();
     Eigen::Vector3d::Map(&velocities_m_s_[3 * i]) = dynamics::sphere_velocity_m_s(sphere, state);
@@ -73,8 +115,9 @@ void LocalCopy::show_spheres() {
 }
 
 void LocalCopy::show_fields() noexcept {
+  const auto& scene = std::get<local::LocalScene>(scene_);
   fields_.show([&](std::size_t field) {
-    return state_of(scene_.description().fields[field], scene_.state());
+    return state_of(scene.description().fields[field], scene.state());
   });
   if (!field_words_.empty())
     std::memcpy(field_words_.data(), fields_.records().data(), fields_.records().size_bytes());

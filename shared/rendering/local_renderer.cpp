@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <variant>
 
 #include "shared/display/stamps.hpp"
 
@@ -21,7 +22,8 @@ std::uint64_t led_on_ticks(const proto::SegmentHeader& tool) {
   return std::min(kLongest, (period_ns - 1) / proto::kPathTick_ns);
 }
 
-void follow_others(const TickScene& scene, local::LocalScene& local) {
+template <class Local>
+void follow_others(const TickScene& scene, Local& local) {
   for (std::size_t hand = 0; hand < local.hands(); ++hand) {
     if (hand == local.own_hand()) continue;
     const bool is_here = hand < scene.other_tools.size() && scene.other_tools[hand] != nullptr;
@@ -41,32 +43,52 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   was_local_ = !is_other && now_.is_known;
   now_ = {};
   if (scene.local == nullptr) return;
-  local::LocalScene& local = scene.local->scene();
-  local.add_to_path({{scene.pose.position_m, scene.pose.orientation, scene.pose.velocity_m_s},
-                     path_number(scene.now_ns)});
-  follow_others(scene, local);
-  now_ = local.advance_to(path_number(scene.now_ns));
+  const std::uint64_t tick = path_number(scene.now_ns);
+  const auto& [position_m, orientation, velocity_m_s, turning_rad_s] = scene.pose;
+  now_ = std::visit(
+      [&](auto& local) {
+        local.add_to_path({{position_m, orientation, velocity_m_s}, tick});
+        follow_others(scene, local);
+        return local.advance_to(tick);
+      },
+      scene.local->scene());
 }
 
 void LocalRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                            const collision::GridView& moving) noexcept {
   const bool is_new = latest.snapshot_id != reader().snapshot().snapshot_id;
-  has_state_ = scene.local != nullptr && is_new && latest.state_bytes > 0 &&
-               !scene.local->scene().confirms(latest.state_tick, latest.state_hash);
+  has_state_ =
+      scene.local != nullptr && is_new && latest.state_bytes > 0 &&
+      !std::visit(
+          [&](const auto& local) { return local.confirms(latest.state_tick, latest.state_hash); },
+          scene.local->scene());
   if (has_state_) scene.view.copy_state(moving.words, latest, scene.local->loaded());
-  if (!now_.is_known) SnapshotRenderer::gather(scene, latest, moving);
+  if (!now_.is_known || scene.local->is_given()) SnapshotRenderer::gather(scene, latest, moving);
 }
 
 void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                          RenderedTick& tick) noexcept {
-  if (look.accepted() && has_state_ &&
-      scene.local->scene().begin_at(reader().snapshot().state_tick, scene.local->loaded()))
-    now_ += scene.local->scene().advance_to(path_number(scene.now_ns));
+  if (look.accepted() && has_state_)
+    std::visit(
+        [&](auto& local) {
+          if (local.begin_at(reader().snapshot().state_tick, scene.local->loaded()))
+            now_ += local.advance_to(path_number(scene.now_ns));
+        },
+        scene.local->scene());
   tick.is_local = now_.is_known;
   tick.local_ticks = now_.ticks;
   tick.is_swap = now_.is_swap;
   if (!now_.is_known) {
     SnapshotRenderer::show(scene, look, tick);
+    return;
+  }
+  tick.age_s =
+      display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
+  const bool is_switch = now_.is_swap || !was_local_;
+  if (scene.local->is_given()) {
+    if (look.accepted()) scene.local->replace(tool(), fresh());
+    take_weights(look, tick);
+    sum_force(scene, look.accepted(), look.accepted() && is_switch, tick);
     return;
   }
   scene.local->show();
@@ -78,9 +100,7 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
               return std::tie(a.tool_sphere, a.field, a.number) <
                      std::tie(b.tool_sphere, b.field, b.number);
             });
-  tick.age_s =
-      display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
-  sum_force(scene, true, now_.is_swap || !was_local_, tick);
+  sum_force(scene, true, is_switch, tick);
 }
 
 }  // namespace stillgrid::rendering

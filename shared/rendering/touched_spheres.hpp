@@ -70,6 +70,11 @@ struct TouchedSpheres {
     truncated = truncated || count == kCapacity;
     if (count < kCapacity) spheres[count++] = sphere;
   }
+  template <class Is>
+  void remove_if(Is&& is) noexcept {
+    const auto end = spheres.begin() + static_cast<std::ptrdiff_t>(count);
+    count = static_cast<std::size_t>(std::remove_if(spheres.begin(), end, is) - spheres.begin());
+  }
   [[nodiscard]] bool has_swept() const noexcept {
     return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
   }

@@ -28,7 +28,6 @@ TEST_CASE("Arrays that differ in length are refused before the call", "[library]
   const std::array<double, 2> two{};
   CHECK(code_of([&] { publisher.set_spheres(positions_m(0), two); }) == STILLGRID_E_ARGUMENT);
   CHECK(code_of([&] { publisher.set_spheres(two); }) == STILLGRID_E_ARGUMENT);
-  CHECK(code_of([&] { publisher.set_predicted(two); }) == STILLGRID_E_ARGUMENT);
   CHECK(code_of([&] { publisher.set_shapes(Shapes(kRadii_m, std::span(kMaterials).first(1))); }) ==
         STILLGRID_E_ARGUMENT);
 }

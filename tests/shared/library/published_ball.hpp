@@ -5,16 +5,16 @@
 #include <Eigen/Core>
 #include <array>
 #include <catch2/catch.hpp>
-#include <chrono>
-#include <optional>
+#include <cmath>
+#include <functional>
+#include <memory>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "proto/stillgrid.h"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
-#include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid::library {
 
@@ -29,28 +29,37 @@ class Published {
   struct Options {
     double stiffness_N_per_m = 500.0, damping_N_s_per_m = 0.0, friction = 0.0;
     double period_s = 0.01, tool_radius_m = 0.005;
-    std::uint32_t capacity = 8, predicts = 1;
+    std::uint32_t capacity = 8, gives_inertia = 1;
+    std::uint32_t clock = STILLGRID_REAL_TIME;
+    std::uint32_t hands = 1;
   };
 
   Published(const std::string& name, const Options& options)
-      : session_(own_session(name)), tool_(session_, 1'000'000, proto::Clock::kMonotonic, 0) {
+      : session_(own_session(name)),
+        period_ns_(static_cast<std::uint64_t>(std::llround(options.period_s * 1e9))),
+        poses_(options.hands) {
+    open_tools(options);
     const stillgrid_material material{options.stiffness_N_per_m, options.damping_N_s_per_m,
                                       options.friction, 1e-3};
     const std::array<double, 4> ball{0.0, 0.0, 0.0, options.tool_radius_m};
-    stillgrid_hand hand{};
-    hand.struct_size = sizeof hand;
-    hand.tool_count = 1;
-    hand.tool_m = ball.data();
+    std::vector<stillgrid_hand> hands(options.hands);
+    for (std::size_t i = 0; i < hands.size(); ++i) {
+      hands[i].struct_size = sizeof(stillgrid_hand);
+      hands[i].tool_count = 1;
+      hands[i].tool_m = ball.data();
+      if (hands.size() > 1) hands[i].name = i == 0 ? "left" : "right";
+    }
     stillgrid_scene scene{};
     scene.struct_size = sizeof scene;
     scene.session = session_.c_str();
     scene.period_s = options.period_s;
     scene.sphere_capacity = options.capacity;
-    scene.predicts = options.predicts;
+    scene.clock = options.clock;
+    scene.gives_inertia = options.gives_inertia;
     scene.material_count = 1;
     scene.materials = &material;
-    scene.hand_count = 1;
-    scene.hands = &hand;
+    scene.hand_count = options.hands;
+    scene.hands = hands.data();
     REQUIRE(stillgrid_publisher_open(&scene, &publisher_) == STILLGRID_OK);
   }
   ~Published() { stillgrid_publisher_close(publisher_); }
@@ -77,22 +86,30 @@ class Published {
                                             velocities_m_s.front().data()) == STILLGRID_OK);
   }
 
-  /// Puts the tool there, at rest, and waits until the publisher sees it.
-  void hold(const Eigen::Vector3d& position_m) {
-    proto::ToolState state{};
-    state.time_ns = realtime::monotonic_ns();
-    state.tick = ++tick_;
-    state.position_m = {position_m.x(), position_m.y(), position_m.z()};
-    state.orientation_xyzw = {0.0, 0.0, 0.0, 1.0};
-    tool_.publish(state);
-    stillgrid_tool seen{};
-    seen.struct_size = sizeof seen;
-    for (int tries = 0; tries < 10'000; ++tries) {
-      if (stillgrid_publisher_tool(publisher_, 0, &seen) == STILLGRID_OK && seen.tick == tick_)
-        return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    FAIL("the tool was not seen");
+  /// A tool's place and velocity in each tick of virtual time from now on.
+  using Path = std::function<std::pair<Eigen::Vector3d, Eigen::Vector3d>(double time_s)>;
+  void move(const Path& path, std::size_t hand = 0) { poses_[hand] = path; }
+  void hold(const Eigen::Vector3d& position_m, std::size_t hand = 0) {
+    move([=](double) { return std::pair(position_m, Eigen::Vector3d(Eigen::Vector3d::Zero())); },
+         hand);
+  }
+  /// The next moment of virtual time: the tools have gone on to it. Returns it in s.
+  double wait() {
+    const std::uint64_t next_ns = is_begun_ ? time_ns_ + period_ns_ : 0;
+    is_begun_ = true;
+    for (; tick_ * proto::kPathTick_ns <= next_ns; ++tick_)
+      for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+        if (poses_[hand]) show_tool(hand, tick_);
+    int code = STILLGRID_AGAIN;
+    for (int tries = 0; tries < 100 && code == STILLGRID_AGAIN; ++tries)
+      code = stillgrid_publisher_wait(publisher_, &time_ns_);
+    REQUIRE(code == STILLGRID_OK);
+    REQUIRE(time_ns_ == next_ns);
+    return 1e-9 * static_cast<double>(time_ns_);
+  }
+  void publish() { REQUIRE(stillgrid_publisher_publish(publisher_, 0) == STILLGRID_OK); }
+  void respond(const stillgrid_response& response) {
+    REQUIRE(stillgrid_publisher_set_responses(publisher_, 1, &response) == STILLGRID_OK);
   }
 
   [[nodiscard]] std::vector<stillgrid_push> pushes(double step_s) {
@@ -107,15 +124,18 @@ class Published {
   struct Snapshot {
     proto::SnapshotHeader header;
     std::vector<proto::SphereRecord> spheres;
+    std::vector<std::byte> model, state;
   };
   [[nodiscard]] Snapshot snapshot() const {
-    auto reader = publication::SegmentReader::open(session_, proto::SegmentKind::kScene,
+    auto reader = publication::SegmentReader::open(hand_session(0), proto::SegmentKind::kScene,
                                                    proto::kSceneLayoutHash);
     const publication::SceneView view(std::move(reader.value()));
     Snapshot snapshot;
+    snapshot.model.assign(view.model().begin(), view.model().end());
     const auto read = double_buffer::read_latest(view.buffer(), [&](const std::uint64_t* payload) {
       snapshot.header = publication::load_snapshot(payload);
       const collision::GridView grid = view.moving_grid(payload, snapshot.header);
+      view.copy_state(payload, snapshot.header, snapshot.state);
       snapshot.spheres.resize(grid.shape.sphere_count);
       for (std::size_t i = 0; i < snapshot.spheres.size(); ++i)
         snapshot.spheres[i] = double_buffer::load_struct<proto::SphereRecord>(
@@ -126,11 +146,40 @@ class Published {
   }
 
  private:
+  [[nodiscard]] std::string hand_session(std::size_t hand) const {
+    return poses_.size() == 1 ? session_ : session_ + (hand == 0 ? "+left" : "+right");
+  }
+  void open_tools(const Options& options) {
+    if (options.clock != STILLGRID_VIRTUAL_TIME) return;
+    for (std::size_t hand = 0; hand < options.hands; ++hand) {
+      auto& header = tools_
+                         .emplace_back(std::make_unique<publication::ToolWriter>(
+                             hand_session(hand), 1'000'000, proto::Clock::kVirtual, 0))
+                         ->header();
+      // They keep nobody waiting, and are not at their end.
+      for (std::uint64_t* promise : {&header.lockstep_sample_ns, &header.lockstep_event_ns})
+        double_buffer::HardwareAtomics::store(*promise, proto::kNever - 1,
+                                              std::memory_order_release);
+    }
+  }
+  void show_tool(std::size_t hand, std::uint64_t tick) {
+    const auto [position_m, velocity_m_s] = poses_[hand](1e-3 * static_cast<double>(tick));
+    proto::ToolState state{};
+    state.time_ns = tick * proto::kPathTick_ns;
+    state.tick = state.path_number = tick;
+    Eigen::Map<Eigen::Vector3d>(state.position_m.data()) = position_m;
+    Eigen::Map<Eigen::Vector3d>(state.velocity_m_s.data()) = velocity_m_s;
+    state.orientation_xyzw = {0.0, 0.0, 0.0, 1.0};
+    tools_[hand]->publish(state);
+  }
+
   std::string session_;
-  publication::ToolWriter tool_;
+  std::uint64_t period_ns_, time_ns_ = 0, tick_ = 0;
+  bool is_begun_ = false;
+  std::vector<Path> poses_;  // by hand
+  std::vector<std::unique_ptr<publication::ToolWriter>> tools_;
   stillgrid_publisher* publisher_ = nullptr;
   std::uint32_t count_ = 0;
-  std::uint64_t tick_ = 0;
 };
 
 /// Of a free ball.

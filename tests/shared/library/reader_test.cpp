@@ -26,7 +26,6 @@ proto::ToolState tick(std::uint64_t number, std::uint64_t epoch, std::uint64_t s
   state.before.contacts = 3;
   state.before.displayed.scene_epoch = epoch;
   state.before.displayed.snapshot_id = shown;
-  state.before.displayed.position = {progress, 1.0 - progress, 0.0, 0.0};
   state.before.displayed.alpha = progress;
   state.before.displayed.age_s = 0.02;
   return state;

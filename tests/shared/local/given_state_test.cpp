@@ -149,7 +149,7 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
   GivenScene scene(encode(model), 1, 0);
   for (std::uint64_t tick = 0; tick <= 30; ++tick) {
     scene.add_to_path(path_at(tick));
-    CHECK_FALSE(scene.advance_to(tick));
+    CHECK_FALSE(scene.advance_to(tick).is_known);
   }
   REQUIRE(scene.begin_at(0, block_of(start)));
   CHECK(scene.confirms(40));  // on its way
@@ -157,7 +157,7 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
   bool is_known = false;
   while (!is_known && tick < 60) {
     scene.add_to_path(path_at(++tick));
-    is_known = scene.advance_to(tick);
+    is_known = scene.advance_to(tick).is_known;
   }
   CHECK(tick == 45);  // by three ticks in each
   CHECK(scene.confirms(0));
@@ -170,15 +170,16 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
   CHECK(bodies.bodies()[0].twist[2] < -0.1);
   // A hostile state changes nothing; a sound one of now replaces the copy.
   CHECK_FALSE(scene.begin_at(tick, {}));
-  REQUIRE(scene.advance_to(tick));
+  REQUIRE(scene.advance_to(tick).is_known);
   CHECK(scene.bodies().bodies()[0].centre_m == bodies.bodies()[0].centre_m);
   while (tick < 85) {
     scene.add_to_path(path_at(++tick));
-    REQUIRE(scene.advance_to(tick));
+    REQUIRE(scene.advance_to(tick).is_known);
     CHECK((scene.bodies().bodies()[0].twist.norm() == 0.0) == (tick > 80));
   }
   REQUIRE(scene.begin_at(85, block_of(start)));
-  REQUIRE(scene.advance_to(85));
+  const Advance advance = scene.advance_to(85);
+  REQUIRE((advance.is_known && advance.is_swap && advance.ticks == 0));
   CHECK(scene.bodies().bodies()[0].centre_m.norm() == 0.0);
 }
 
