@@ -128,6 +128,9 @@ void BodyPushes::fill(publication::MovingRecords& moving,
       added.number = group.body;
       added.centre_m = vector(records[near_[group.first].sphere].newest.position_m);
     }
+    const auto first = near_.begin() + static_cast<std::ptrdiff_t>(group.first);
+    std::sort(first, first + static_cast<std::ptrdiff_t>(group.count),
+              [](const Near& a, const Near& b) { return a.sphere < b.sphere; });
     for (std::size_t i = group.first; i < group.first + group.count; ++i) {
       const proto::SphereRecord& record = records[near_[i].sphere];
       local::GivenSphere& sphere = state_.spheres.emplace_back();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace stillgrid::local {
 namespace {
@@ -21,6 +22,7 @@ GivenScene::GivenScene(const GivenModel& model, std::size_t hands, std::size_t o
   if (model.tools.size() != hands || own_hand >= hands)
     throw std::invalid_argument("the model has another number of hands");
   decoded_.bodies.reserve(kMaxGivenBodies);
+  for (auto* shifts : {&shifts_m_, &next_shifts_m_}) shifts->reserve(kMaxGivenSpheres);
   decoded_.spheres.reserve(kMaxGivenSpheres);
 }
 
@@ -50,6 +52,32 @@ void GivenScene::step(Copy& copy) noexcept {
   copy.bodies.step(poses_);
 }
 
+Eigen::Vector3d GivenScene::position_m(std::size_t i) const noexcept {
+  const GivenBodies& bodies = shown_->bodies;
+  const double left = 1.0 - 2.0 * static_cast<double>(shown_->tick - swapped_) /
+                                static_cast<double>(bodies.model().period_ticks);
+  return bodies.position_m(bodies.spheres()[i]) + std::max(0.0, left) * shifts_m_[i];
+}
+
+/// Keeps by how much the shown spheres stand elsewhere in the next copy. Both are in the order of
+/// bodies and spheres.
+void GivenScene::shift(const Copy& next) noexcept {
+  const auto before = shown_->bodies.spheres(), after = next.bodies.spheres();
+  const auto order = [](const Copy& copy, const GivenSphere& sphere) {
+    return std::pair(copy.bodies.bodies()[sphere.body].number, sphere.number);
+  };
+  next_shifts_m_.assign(after.size(), Eigen::Vector3d::Zero());
+  const bool are_both = shown_->is_begun && shown_->tick == next.tick;
+  for (std::size_t i = 0, k = 0; are_both && i < before.size() && k < after.size();) {
+    const auto of_before = order(*shown_, before[i]), of_after = order(next, after[k]);
+    if (of_before == of_after) next_shifts_m_[k] = position_m(i) - next.bodies.position_m(after[k]);
+    i += of_before <= of_after;
+    k += of_after <= of_before;
+  }
+  std::swap(shifts_m_, next_shifts_m_);
+  swapped_ = next.tick;
+}
+
 Advance GivenScene::advance_to(std::uint64_t tick) noexcept {
   Advance advance;
   const auto step_by_one = [&](Copy& copy) {
@@ -64,6 +92,7 @@ Advance GivenScene::advance_to(std::uint64_t tick) noexcept {
   Copy& next = other();
   for (int k = 0; next.is_begun && next.tick < known && k < kCatchUpTicks; ++k) step_by_one(next);
   if (next.is_begun && next.tick >= known) {
+    shift(next);
     shown_->is_begun = false;
     shown_ = &next;
     advance.is_swap = true;

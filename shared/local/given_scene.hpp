@@ -16,7 +16,8 @@ namespace stillgrid::local {
 /// The bodies near the tools of a publisher's scene, which go on from its snapshots along the paths
 /// that the tools take. LocalScene is the same of a scene of our engine. The publisher's own engine
 /// is not known here, so each snapshot begins a second copy, which catches up and takes the first
-/// one's place. Two periods after its state a copy stands.
+/// one's place. By how much its spheres then stand elsewhere is shown as an offset, which goes in
+/// half a period. Two periods after its state a copy stands.
 ///
 /// Thread: one. Realtime: yes, but for the constructor, which allocates.
 class GivenScene {
@@ -46,6 +47,8 @@ class GivenScene {
 
   /// The bodies at the tick of the last advance_to(). Pre: they were known there.
   [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown_->bodies; }
+  /// Where sphere i of bodies().spheres() is shown then.
+  [[nodiscard]] Eigen::Vector3d position_m(std::size_t i) const noexcept;
 
  private:
   struct Copy {
@@ -64,6 +67,7 @@ class GivenScene {
     return copies_[shown_ == &copies_[0] ? 1 : 0];
   }
   void step(Copy& copy) noexcept;
+  void shift(const Copy& next) noexcept;
 
   std::array<Copy, 2> copies_;
   Copy* shown_ = &copies_[0];
@@ -71,6 +75,8 @@ class GivenScene {
   std::size_t own_hand_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   GivenState decoded_;
+  std::vector<Eigen::Vector3d> shifts_m_, next_shifts_m_;  // of the shown spheres, at the last swap
+  std::uint64_t swapped_ = 0;                              // its tick
 };
 
 }  // namespace stillgrid::local

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "proto/scene_segment.hpp"
 #include "shared/dynamics/byte_block.hpp"
@@ -77,7 +78,9 @@ bool read(Reader& reader, std::size_t materials, GivenState& state) {
     sphere.material = reader.index(materials);
     sphere.radius_m = reader.real();
     reader.each(sphere.arm_m);
-    const bool is_next = i == 0 || state.spheres[i - 1].body <= sphere.body;
+    const bool is_next =
+        i == 0 || std::pair(state.spheres[i - 1].body, state.spheres[i - 1].number) <
+                      std::pair(sphere.body, sphere.number);
     if (!is_next || !(sphere.radius_m > 0.0) || !reader.is_right()) return false;
   }
   return reader.is_at_end();

@@ -50,7 +50,8 @@ struct GivenSphere {
   Eigen::Vector3d drift_m_s = Eigen::Vector3d::Zero();  // beside the body's twist; not encoded
 };
 
-/// The bodies near the tools at one moment. Spheres are in the order of their bodies.
+/// The bodies near the tools at one moment. Bodies are in the order of their numbers,
+/// spheres in that of their bodies, then of their own numbers.
 struct GivenState {
   std::vector<GivenBody> bodies;
   std::vector<GivenSphere> spheres;

@@ -77,12 +77,14 @@ void LocalCopy::declare(std::size_t count) {
 
 void LocalCopy::replace(std::span<const PlacedToolSphere> tool,
                         TouchedSpheres& touched) const noexcept {
-  const local::GivenBodies& given = std::get<local::GivenScene>(scene_).bodies();
+  const auto& scene = std::get<local::GivenScene>(scene_);
+  const local::GivenBodies& given = scene.bodies();
   touched.remove_if([&](const TouchedSphere& sphere) {
     return std::ranges::binary_search(given.bodies(), sphere.body, {}, &local::GivenBody::number);
   });
-  for (const local::GivenSphere& sphere : given.spheres()) {
-    TouchedSphere touch{.position_m = given.position_m(sphere),
+  for (std::size_t k = 0; k < given.spheres().size(); ++k) {
+    const local::GivenSphere& sphere = given.spheres()[k];
+    TouchedSphere touch{.position_m = scene.position_m(k),
                         .velocity_m_s = Eigen::Vector3d::Zero(),
                         .radius_m = sphere.radius_m,
                         .material = sphere.material,

@@ -6,7 +6,7 @@
 #include "proto/stillgrid.h"
 
 /// An engine of one ball on a floor, in virtual time: ball_engine SESSION PERIOD_S MASS_KG WITH,
-/// WITH being nothing, response or prediction. Its own steps are a hundredth of a period.
+/// WITH being nothing or response. Its own steps are a hundredth of a period.
 namespace {
 
 constexpr double kRadius_m = 0.02, kFloor_m = -0.05, kGravity_m_s2 = 9.81;
@@ -39,30 +39,24 @@ struct Ball {
   }
 };
 
-void respond(stillgrid_publisher* publisher, const Ball& ball) {
+void show(stillgrid_publisher* publisher, const Ball& ball, bool responds) {
+  require(stillgrid_publisher_set_spheres(publisher, 1, ball.position_m, ball.velocity_m_s));
+  if (!responds) return;
   stillgrid_response response{};
   std::memcpy(response.centre_m, ball.position_m, sizeof response.centre_m);
+  std::memcpy(response.velocity, ball.velocity_m_s, sizeof ball.velocity_m_s);
   for (int i = 0; i < 6; ++i)
     response.inverse_inertia[7 * i] =
         i < 3 ? 1.0 / ball.mass_kg : 2.5 / (ball.mass_kg * kRadius_m * kRadius_m);
   require(stillgrid_publisher_set_responses(publisher, 1, &response));
 }
 
-void one_step(stillgrid_publisher* publisher, Ball& ball, double period_s, bool responds,
-              bool predicts) {
-  require(stillgrid_publisher_set_spheres(publisher, 1, ball.position_m, ball.velocity_m_s));
-  if (responds) respond(publisher, ball);
+void one_step(stillgrid_publisher* publisher, Ball& ball, double period_s, bool responds) {
   stillgrid_push push{};
   std::uint32_t count = 1;
   require(stillgrid_publisher_pushes(publisher, period_s, &push, &count));
-  const Ball before = ball;
   ball.step(period_s, push.force_N);
-  if (predicts) {
-    double mean_m_s[3];
-    for (int axis = 0; axis < 3; ++axis)
-      mean_m_s[axis] = (ball.position_m[axis] - before.position_m[axis]) / period_s;
-    require(stillgrid_publisher_set_predicted(publisher, 1, mean_m_s));
-  }
+  show(publisher, ball, responds);
   require(stillgrid_publisher_publish(publisher, 0));
 }
 
@@ -71,8 +65,7 @@ void one_step(stillgrid_publisher* publisher, Ball& ball, double period_s, bool 
 int main(int argc, char** argv) {
   if (argc != 5) return 1;
   const double period_s = std::atof(argv[2]);
-  const bool predicts = std::strcmp(argv[4], "prediction") == 0;
-  const bool responds = predicts || std::strcmp(argv[4], "response") == 0;
+  const bool responds = std::strcmp(argv[4], "response") == 0;
   const stillgrid_material material{500.0, 1.0, 0.3, 1e-3};
   const stillgrid_plane floor{{0.0, 0.0, 1.0}, kFloor_m, 0, 1};
   stillgrid_scene scene{};
@@ -81,7 +74,7 @@ int main(int argc, char** argv) {
   scene.session = argv[1];
   scene.period_s = period_s;
   scene.sphere_capacity = 1;
-  scene.predicts = responds ? 1 : 0;
+  scene.gives_inertia = responds ? 1 : 0;
   scene.material_count = scene.plane_count = 1;
   scene.materials = &material;
   scene.planes = &floor;
@@ -94,11 +87,12 @@ int main(int argc, char** argv) {
   require(stillgrid_publisher_set_shapes(publisher, &shapes));
   Ball ball;
   ball.mass_kg = std::atof(argv[3]);
+  show(publisher, ball, responds);
   std::uint64_t time_ns = 0;
   int code;
   while ((code = stillgrid_publisher_wait(publisher, &time_ns)) != STILLGRID_NOTHING) {
     require(code);
-    if (code == STILLGRID_OK) one_step(publisher, ball, period_s, responds, predicts);
+    if (code == STILLGRID_OK) one_step(publisher, ball, period_s, responds);
   }
   stillgrid_publisher_close(publisher);
   return 0;

@@ -178,9 +178,19 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
     CHECK((scene.bodies().bodies()[0].twist.norm() == 0.0) == (tick > 80));
   }
   REQUIRE(scene.begin_at(85, block_of(start)));
+  const Vector3d shown_m = scene.position_m(0);
   const Advance advance = scene.advance_to(85);
   REQUIRE((advance.is_known && advance.is_swap && advance.ticks == 0));
   CHECK(scene.bodies().bodies()[0].centre_m.norm() == 0.0);
+  CHECK((scene.position_m(0) - shown_m).norm() < 1e-12);  // where it was, but not for long
+  CHECK(shown_m.norm() > 1e-3);
+  for (std::uint64_t later = 1; later <= 20; ++later) {
+    scene.add_to_path(
+        {{{0.0, 0.0, 1.0}, Eigen::Quaterniond::Identity(), Vector3d::Zero()}, 85 + later});
+    REQUIRE(scene.advance_to(85 + later).is_known);
+    CHECK((scene.position_m(0) - (1.0 - 0.05 * static_cast<double>(later)) * shown_m).norm() <
+          1e-12);
+  }
 }
 
 }  // namespace
