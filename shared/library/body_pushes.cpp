@@ -177,7 +177,7 @@ void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenB
 void BodyPushes::tell(std::size_t hand, double ticks) noexcept {
   for (std::size_t i = 0; i < state_.bodies.size(); ++i) {
     const local::GivenBodies::Push& all = bodies_.push(hand, i);
-    if (!(all.weight_N > 0.0)) continue;
+    if (!(all.weight_N > 0.0) || !all.wrench.allFinite()) continue;
     const Twist wrench = all.wrench / (ticks * dynamics::kTick_s);
     const Vector3d arm_m = all.weighted_m_N / all.weight_N, force_N = wrench.head<3>();
     wrenches_[i].second += wrench;

@@ -40,6 +40,10 @@ class BodyPushes {
   [[nodiscard]] std::span<const stillgrid_push> pushes() const noexcept { return pushes_; }
   /// The mean wrench of all hands on a body's centre, N, N m.
   [[nodiscard]] local::Twist wrench_of(std::uint32_t body) const noexcept;
+  /// The same of all bodies that were near, by number.
+  [[nodiscard]] std::span<const std::pair<std::uint32_t, local::Twist>> wrenches() const noexcept {
+    return wrenches_;
+  }
   [[nodiscard]] double work_J(std::size_t hand) const noexcept { return work_J_[hand]; }
 
   /// Returns the given bodies that are within reach of a tool at a tick, as a snapshot carries

@@ -24,6 +24,30 @@ constexpr double kReach_m_s = 1.0, kReach_m = 0.05;
 /// A call that waits says after so long that nothing came.
 constexpr std::uint64_t kPatience_ns = 100'000'000;
 
+/// What acted on a body beside the tools in the time that led to it, while they pushed it so: an
+/// acceleration, and the share of the push that was resisted, by how both changed. Nothing of a
+/// body that was not there before.
+void explain_motion(std::span<const local::GivenBody> all_before, const local::Twist& push,
+                    double step_s, local::GivenBody& body) noexcept {
+  constexpr double kChange = 1e-4;  // of the pushes' energy: less tells nothing
+  body.push.setZero();
+  body.acceleration.setZero();
+  body.resisted = 0.0;
+  const auto before =
+      std::ranges::lower_bound(all_before, body.number, {}, &local::GivenBody::number);
+  if (before == all_before.end() || before->number != body.number) return;
+  const auto energy = [&](const local::Twist& wrench) {
+    return wrench.dot(before->inverse_inertia * wrench);
+  };
+  body.push = push;
+  body.acceleration = (body.twist - before->twist) / step_s - before->inverse_inertia * push;
+  const local::Twist change = push - before->push;
+  body.resisted = before->resisted;
+  if (energy(change) > kChange * (energy(push) + energy(before->push)))
+    body.resisted = std::clamp(
+        -change.dot(body.acceleration - before->acceleration) / energy(change), 0.0, 1.0);
+}
+
 }  // namespace
 
 Publisher::Publisher(const publication::SessionSpec& spec,
@@ -38,7 +62,8 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
       gives_inertia_(!hands.front().fixed.model.empty()),
       step_s_(period_s_) {
-  for (auto* bodies : {&given_, &bodies_, &before_})
+  impulses_.reserve(4 * local::kMaxHeldBodies);
+  for (auto* bodies : {&given_, &bodies_, &before_, &shown_, &next_shown_})
     bodies->reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
   if (!is_virtual())
     for (publication::HandSession& session : session_.hands()) session.tool().start();
@@ -122,7 +147,8 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
   if (const int code = check_numbers({positions_m, values}, "positions_m")) return code;
   if (velocities_m_s != nullptr)
     if (const int code = check_numbers({velocities_m_s, values}, "velocities_m_s")) return code;
-  moving_.place(positions_m, velocities_m_s, period_s_);
+  moving_.place(positions_m, velocities_m_s, has_pushes_ ? step_s_ : period_s_, is_shown_);
+  is_shown_ = false;
   end_step();
   is_placed_ = true;
   return STILLGRID_OK;
@@ -133,6 +159,7 @@ void Publisher::end_step() noexcept {
   std::swap(bodies_, before_);
   bodies_.clear();
   if (has_pushes_ && state_ns_) {
+    add_impulses();
     *state_ns_ += static_cast<std::uint64_t>(std::llround(1e9 * step_s_ * stretch_));
     for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
       hands_[hand].work_J += pushes_.work_J(hand);
@@ -144,23 +171,16 @@ void Publisher::end_step() noexcept {
   has_pushes_ = false;
 }
 
-/// What acted on a body in the last step beside the tools: an acceleration, and the share of the
-/// push that was resisted, by how both changed. Nothing of a body that was not given before.
-void Publisher::explain_motion(local::GivenBody& body) const noexcept {
-  constexpr double kChange = 1e-4;  // of the pushes' energy: less tells nothing
-  const auto found = std::ranges::lower_bound(before_, body.number, {}, &local::GivenBody::number);
-  if (found == before_.end() || found->number != body.number) return;
-  const local::GivenBody& before = *found;
-  const auto energy = [&](const local::Twist& wrench) {
-    return wrench.dot(before.inverse_inertia * wrench);
-  };
-  body.push = pushes_.wrench_of(body.number);
-  body.acceleration = (body.twist - before.twist) / step_s_ - before.inverse_inertia * body.push;
-  const local::Twist change = body.push - before.push;
-  body.resisted = before.resisted;
-  if (energy(change) > kChange * (energy(body.push) + energy(before.push)))
-    body.resisted =
-        std::clamp(-change.dot(body.acceleration - before.acceleration) / energy(change), 0.0, 1.0);
+/// The pushes of the step, in the impulses since the last publication.
+void Publisher::add_impulses() noexcept {
+  shown_s_ += step_s_;
+  for (const auto& [body, wrench] : pushes_.wrenches()) {
+    const auto next = std::ranges::lower_bound(impulses_, body, {}, &Impulse::first);
+    if (next != impulses_.end() && next->first == body)
+      next->second += step_s_ * wrench;
+    else if (impulses_.size() < impulses_.capacity())
+      impulses_.emplace(next, body, step_s_ * wrench);
+  }
 }
 
 int Publisher::set_responses(std::span<const stillgrid_response> responses) {
@@ -195,7 +215,7 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
                           .centre_m = Eigen::Vector3d(response.centre_m),
                           .twist = local::Twist(response.velocity),
                           .inverse_inertia = 0.5 * (inverse_inertia + inverse_inertia.transpose())};
-    explain_motion(body);
+    explain_motion(before_, pushes_.wrench_of(body.number), step_s_, body);
     given_.insert(next, body);
   }
   std::swap(bodies_, given_);
@@ -246,7 +266,18 @@ publication::SnapshotState Publisher::state_at(std::uint64_t state_ns) {
   if (!gives_inertia_) return {};
   follow_tools();
   const std::uint64_t tick = state_ns / proto::kPathTick_ns;
-  return {.bytes = pushes_.state_at(tick, moving_, bodies_, paths_,
+  const double step_s = shown_s_ > 0.0 ? shown_s_ : period_s_;
+  next_shown_.assign(bodies_.begin(), bodies_.end());
+  for (local::GivenBody& body : next_shown_) {
+    const auto found = std::ranges::lower_bound(impulses_, body.number, {}, &Impulse::first);
+    local::Twist push = local::Twist::Zero();
+    if (found != impulses_.end() && found->first == body.number) push = found->second / step_s;
+    explain_motion(shown_, push, step_s, body);
+  }
+  std::swap(shown_, next_shown_);
+  impulses_.clear();
+  shown_s_ = 0.0;
+  return {.bytes = pushes_.state_at(tick, moving_, shown_, paths_,
                                     kReach_m + 2.0 * period_s_ * kReach_m_s),
           .tick = tick};
 }
@@ -277,6 +308,7 @@ int Publisher::publish(std::uint64_t state_time_ns) {
   }
   state_ns_ = state_ns;
   stretch_ = 1.0;
+  is_shown_ = true;
   const publication::SnapshotState state = state_at(state_ns);
   for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
     publication::SceneWriter& writer = session_.hands()[hand].writer();

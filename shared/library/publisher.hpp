@@ -42,12 +42,13 @@ class Publisher {
     std::uint64_t told_tool_ns = 0;  // of the newest sample in the state
     double work_J = 0.0;
   };
+  using Impulse = std::pair<std::uint32_t, local::Twist>;  // N s, N m s
   [[nodiscard]] bool is_virtual() const noexcept { return spec_.clock == proto::Clock::kVirtual; }
   [[nodiscard]] bool peers_ended() noexcept;
   int wait_in_virtual_time(std::uint64_t& time_ns);
   void follow_tools();
   void end_step() noexcept;
-  void explain_motion(local::GivenBody& body) const noexcept;
+  void add_impulses() noexcept;
   [[nodiscard]] publication::SnapshotState state_at(std::uint64_t state_ns);
 
   publication::SessionSpec spec_;
@@ -69,6 +70,11 @@ class Publisher {
   double step_s_, stretch_ = 1.0;  // of the last pushes; of the path, where time fell behind
   std::uint64_t time_ns_ = 0;      // of the state that wait() asked for
   bool waited_ = false;            // and it is not published yet
+  std::vector<local::GivenBody> shown_, next_shown_;  // as in the last snapshot, explained over the
+                                                      // time since the one before
+  std::vector<Impulse> impulses_;                     // since it, by number of body
+  double shown_s_ = 0.0;                              // and the steps' time
+  bool is_shown_ = false;                             // the state that was set was published
   bool is_declared_ = false, is_placed_ = false, has_pushes_ = false;
 };
 

@@ -98,19 +98,20 @@ std::size_t given_state_capacity(std::size_t moving_count) noexcept {
 }
 
 bool is_inverse_inertia(const Matrix6& matrix) noexcept {
-  // In units in which each diagonal entry is 1.
-  Twist unit;
-  for (int i = 0; i < 6; ++i) {
-    const double own = matrix(i, i);
-    if (!(own >= 0.0 && own <= kLightest)) return false;
-    unit[i] = own > 0.0 ? 1.0 / std::sqrt(own) : 0.0;
-  }
+  constexpr double kSmallest = 1e-9;  // of its block's largest: what is less is rounding
+  // Written so that a NaN does not pass.
+  if (!(matrix.cwiseAbs().maxCoeff() <= kLightest) || matrix.hasNaN()) return false;
+  Twist own = matrix.diagonal();
+  for (auto block : {own.head<3>(), own.tail<3>()})
+    block = block.cwiseMax(kSmallest * block.maxCoeff());
+  if (own.minCoeff() < 0.0) return false;
+  Twist unit;  // in which each diagonal entry is 1 at most
+  for (int i = 0; i < 6; ++i) unit[i] = own[i] > 0.0 ? 1.0 / std::sqrt(own[i]) : 0.0;
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j) {
-      const double largest = std::sqrt(matrix(i, i)) * std::sqrt(matrix(j, j));
-      // Written so that a NaN does not pass.
-      if (!(std::abs(matrix(i, j)) <= (1.0 + kRounding) * largest &&
-            std::abs(matrix(i, j) - matrix(j, i)) <= kRounding * largest))
+      const double largest = std::sqrt(own[i]) * std::sqrt(own[j]);
+      if (std::abs(matrix(i, j)) > (1.0 + kRounding) * largest ||
+          std::abs(matrix(i, j) - matrix(j, i)) > kRounding * largest)
         return false;
     }
   const Matrix6 scaled = unit.asDiagonal() * matrix * unit.asDiagonal();

@@ -58,7 +58,7 @@ void MovingRecords::declare(const stillgrid_shapes& shapes) noexcept {
 }
 
 void MovingRecords::push(std::size_t i, const double* position_m, const double* velocity_m_s,
-                         float rate_per_s) noexcept {
+                         float rate_per_s, bool was_shown) noexcept {
   proto::SphereRecord& record = records()[i];
   proto::SphereState state{floats(position_m), {}};
   const bool has_past = !is_first_ && came_[i] == 0;
@@ -69,7 +69,9 @@ void MovingRecords::push(std::size_t i, const double* position_m, const double* 
       state.velocity_m_s[axis] =
           rate_per_s * (state.position_m[axis] - record.newest.position_m[axis]);
   }
-  if (has_past)
+  if (has_past && !was_shown)
+    record.newest = state;
+  else if (has_past)
     collision::push_snapshot(record, state);
   else if (is_first_)
     collision::fill_history(record, state);
@@ -103,14 +105,14 @@ void MovingRecords::enter(double period_s) {
   entered_ = count_;
 }
 
-void MovingRecords::place(const double* positions_m, const double* velocities_m_s,
-                          double period_s) {
+void MovingRecords::place(const double* positions_m, const double* velocities_m_s, double period_s,
+                          bool was_shown) {
   const auto rate_per_s = static_cast<float>(1.0 / period_s);
   bool holds = !is_first_ && entered_ == count_;
   std::size_t left = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     push(i, positions_m + 3 * i, velocities_m_s == nullptr ? nullptr : velocities_m_s + 3 * i,
-         rate_per_s);
+         rate_per_s, was_shown);
     if (!holds || (came_[i] == 0 && is_held(i))) continue;
     holds = came_[i] == 0 && ++left <= count_ / kLeavingPart + 1 && widen(i);
   }

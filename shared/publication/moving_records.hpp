@@ -21,8 +21,10 @@ class MovingRecords {
 
   /// The next state of all, period_s after the last, in the grid: moving on at their velocity, or
   /// without velocities_m_s at what they did since the last. Swept bounds have room for some steps;
-  /// only when many have left theirs are all entered anew. Pre: numbers.
-  void place(const double* positions_m, const double* velocities_m_s, double period_s);
+  /// only when many have left theirs are all entered anew. was_shown: the last state was published;
+  /// else it is forgotten. Pre: numbers.
+  void place(const double* positions_m, const double* velocities_m_s, double period_s,
+             bool was_shown = true);
 
   [[nodiscard]] std::span<proto::SphereRecord> records() noexcept {
     return grid_.records().first(count_);
@@ -31,8 +33,8 @@ class MovingRecords {
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
 
  private:
-  void push(std::size_t i, const double* position_m, const double* velocity_m_s,
-            float rate_per_s) noexcept;
+  void push(std::size_t i, const double* position_m, const double* velocity_m_s, float rate_per_s,
+            bool was_shown) noexcept;
   [[nodiscard]] bool is_held(std::size_t i) noexcept;
   [[nodiscard]] bool widen(std::size_t i) noexcept;
   void enter(double period_s);

@@ -102,7 +102,7 @@ void Program::open_publisher(FuzzInput& input) {
   scene.plane_count = input.take<std::uint8_t>() % 2U;
   scene.hand_count = input.take<std::uint8_t>() % 7U;
   if (scene.hand_count > 2) scene.hand_count = scene.hand_count == 6 ? 1000 : 0;
-  scene.predicts = input.take<std::uint8_t>() % 3U;
+  scene.gives_inertia = input.take<std::uint8_t>() % 3U;
   scene.materials = perhaps(input, static_cast<const stillgrid_material*>(materials));
   scene.planes = perhaps(input, static_cast<const stillgrid_plane*>(&plane));
   scene.hands = hands.data();
@@ -153,7 +153,9 @@ void Program::publish_something(FuzzInput& input, unsigned which) {
     code = stillgrid_publisher_set_spheres(publisher, count, values,
                                            input.take<std::uint8_t>() < 128 ? values : nullptr);
   } else if (which == 2) {
-    code = stillgrid_publisher_set_predicted(publisher, count, values);
+    std::array<stillgrid_push, 4> pushes{};
+    std::uint32_t room = 4;
+    code = stillgrid_publisher_pushes(publisher, number(input), pushes.data(), &room);
   } else if (which == 3) {
     // In virtual time nobody answers after the first: a call that waits says so after 100 ms.
     if (is_virtual_ && ++waits_ > 2) return;
@@ -175,6 +177,7 @@ void Program::push(FuzzInput& input) {
       responses[i].inverse_inertia[diagonal] = i < 2 ? number(input) : 1.0;
   }
   if (sound > 200) fill(input, responses[1].inverse_inertia);
+  if (sound % 2 == 1) fill(input, responses[0].velocity);
   stillgrid_publisher* publisher = perhaps(input, publisher_);
   const std::uint32_t known = input.take<std::uint8_t>() % kRoom;
   const stillgrid_response* given = responses.data();

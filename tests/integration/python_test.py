@@ -24,7 +24,7 @@ STRUCTS = {f"stillgrid_{name}": getattr(_library, python) for name, python in (
     ("material", "Material"), ("plane", "Plane"), ("shapes", "Shapes"), ("hand", "Hand"), ("scene", "Scene"),
     ("tool", "Tool"), ("session_state", "SessionState"), ("fixed", "Fixed"), ("snapshot", "Snapshot"),
     ("mesh", "Mesh"), ("cover", "Cover"), ("response", "RESPONSE"), ("push", "PUSH"))}
-SCENE = stillgrid.Scene(0.02, 4, [stillgrid.Material(500.0, 1.0)], predicts=True)
+SCENE = stillgrid.Scene(0.02, 4, [stillgrid.Material(500.0, 1.0)], gives_inertia=True)
 
 
 def layout_of(struct):
@@ -140,8 +140,8 @@ class PublisherTest(daemons.SessionTest):
         self.assert_refused(code, r"expected set_spheres\(\) first", publisher.pushes)
         publisher.set_spheres(state, state)
         self.assertEqual(len(publisher.pushes()), 0)
-        self.assert_refused(code, r"expected before pushes\(\)", publisher.set_responses, [0], state, [numpy.eye(6)])
-        publisher.set_predicted(state)
+        self.assert_refused(code, r"expected before pushes\(\)", publisher.set_responses, [0], state,
+                            numpy.zeros((1, 6)), [numpy.eye(6)])
         publisher.publish()
         self.assertIsNone(publisher.tool())
         publisher.close()

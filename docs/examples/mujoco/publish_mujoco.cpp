@@ -1,6 +1,6 @@
 // Publishes a MuJoCo model, so that a hand feels its bodies at 1 kHz.
 //
-//   publish_mujoco MODEL.xml SESSION [--lockstep] [--response step|mass|none]
+//   publish_mujoco MODEL.xml SESSION [--lockstep]
 //
 // Beside it: haptic_server --session SESSION --device ..., with --lockstep if this has it.
 #include <mujoco/mujoco.h>
@@ -18,7 +18,7 @@
 
 namespace {
 
-constexpr double kNear_m = 0.05;  // bodies so near the tool may be touched before the next step
+constexpr double kNear_m = 0.15;  // bodies so near the tool may be touched in two periods
 constexpr std::uint32_t kMaxPushes = 64;
 
 void require(int code, const char* what) {
@@ -111,29 +111,22 @@ std::vector<double> custom(const mjModel* m, const char* name, std::vector<doubl
   return otherwise;
 }
 
-enum class Response { kStep, kMass, kNone };
-
 class Simulation {
  public:
-  Simulation(const mjModel* model, Response response)
+  explicit Simulation(const mjModel* model)
       : m_(model),
         d_(mj_makeData(model)),
-        trial_(mj_makeData(model)),
         spheres_(spheres_of(model)),
-        response_(response),
         steps_(std::max(
             1, static_cast<int>(std::lround(custom(model, "stillgrid_period_s", {0.033})[0] /
                                             model->opt.timestep)))) {
     mj_forward(m_, d_);
     positions_m_.resize(spheres_.local_m.size());
-    velocities_m_s_ = predicted_m_s_ = positions_m_;
+    velocities_m_s_ = positions_m_;
   }
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
-  ~Simulation() {
-    mj_deleteData(trial_);
-    mj_deleteData(d_);
-  }
+  ~Simulation() { mj_deleteData(d_); }
 
   void open(const char* session, bool is_lockstep) {
     const std::vector<double> numbers = custom(m_, "stillgrid_material", {500.0, 1.0, 0.3, 1e-3});
@@ -146,7 +139,7 @@ class Simulation {
     scene.name = m_->names;  // the first of them is the model's
     scene.period_s = period_s();
     scene.sphere_capacity = spheres_.count();
-    scene.predicts = response_ != Response::kNone;
+    scene.gives_inertia = 1;
     scene.material_count = 1;
     scene.materials = &material;
     scene.plane_count = static_cast<std::uint32_t>(planes.size());
@@ -162,22 +155,19 @@ class Simulation {
 
   /// One period after another, until the haptic_server of a run in virtual time ends.
   void run() {
+    mj_step1(m_, d_);
+    show_state();
     for (std::uint64_t time_ns = 0;;) {
       const int code = stillgrid_publisher_wait(publisher_, &time_ns);
       require(code, "wait");
       if (code == STILLGRID_AGAIN) continue;
       if (code == STILLGRID_NOTHING) break;
-      show_state();
-      if (response_ != Response::kNone) {
-        tell_responses();
-        mj_copyData(trial_, m_, d_);
-        step(trial_);  // with the pushes of the step before
-        tell(trial_, stillgrid_publisher_set_trial, "set_trial");
+      for (int i = 0; i < steps_; ++i) {
+        apply_pushes();
+        mj_step2(m_, d_);
+        mj_step1(m_, d_);  // what follows from the state
+        show_state();
       }
-      apply_pushes();
-      step(d_);
-      if (response_ != Response::kNone)
-        tell(d_, stillgrid_publisher_set_predicted, "set_predicted");
       require(stillgrid_publisher_publish(publisher_, time_ns), "publish");
     }
     stillgrid_publisher_close(publisher_);
@@ -186,35 +176,21 @@ class Simulation {
  private:
   [[nodiscard]] double period_s() const { return steps_ * m_->opt.timestep; }
 
-  /// A whole period, and what follows from the state that it leads to.
-  void step(mjData* d) const {
-    for (int i = 0; i < steps_; ++i) mj_step(m_, d);
-    mj_forward(m_, d);
-  }
-
-  void place(const mjData* d, std::vector<double>& positions_m) const {
+  void place(std::vector<double>& positions_m) const {
     for (std::uint32_t i = 0; i < spheres_.count(); ++i) {
       const std::uint32_t body = spheres_.bodies[i];
       double* position_m = positions_m.data() + 3 * i;
-      mju_rotVecMat(position_m, spheres_.local_m.data() + 3 * i, d->xmat + 9 * body);
-      mju_addTo3(position_m, d->xpos + 3 * body);
+      mju_rotVecMat(position_m, spheres_.local_m.data() + 3 * i, d_->xmat + 9 * body);
+      mju_addTo3(position_m, d_->xpos + 3 * body);
     }
   }
 
-  /// The mean velocities over the period that led there.
-  void tell(const mjData* d, decltype(stillgrid_publisher_set_trial) set, const char* name) {
-    place(d, predicted_m_s_);
-    for (std::size_t i = 0; i < predicted_m_s_.size(); ++i)
-      predicted_m_s_[i] = (predicted_m_s_[i] - positions_m_[i]) / period_s();
-    require(set(publisher_, spheres_.count(), predicted_m_s_.data()), name);
-  }
-
   void show_state() {
-    place(d_, positions_m_);
+    place(positions_m_);
     for (std::uint32_t i = 0; i < spheres_.count(); ++i) {
       const auto body = static_cast<int>(spheres_.bodies[i]);
       double turn_move[6], arm_m[3];
-      mj_objectVelocity(m_, d_, mjOBJ_BODY, body, turn_move, 0);
+      mj_objectVelocity(m_, d_, mjOBJ_XBODY, body, turn_move, 0);
       mju_sub3(arm_m, positions_m_.data() + 3 * i, d_->xpos + 3 * body);
       mju_cross(velocities_m_s_.data() + 3 * i, turn_move, arm_m);
       mju_addTo3(velocities_m_s_.data() + 3 * i, turn_move + 3);
@@ -222,6 +198,7 @@ class Simulation {
     require(stillgrid_publisher_set_spheres(publisher_, spheres_.count(), positions_m_.data(),
                                             velocities_m_s_.data()),
             "set_spheres");
+    tell_responses();
   }
 
   /// The bodies near the tool, of those that can move.
@@ -245,67 +222,34 @@ class Simulation {
 
   void tell_responses() {
     std::vector<stillgrid_response> responses;
-    for (const int body : near_tool())
-      responses.push_back(response_ == Response::kStep ? response_by_step(body)
-                                                       : response_by_mass(body));
+    for (const int body : near_tool()) responses.push_back(response_of(body));
     require(stillgrid_publisher_set_responses(
                 publisher_, static_cast<std::uint32_t>(responses.size()), responses.data()),
             "set_responses");
   }
 
-  /// Where a wrench at the body's centre leads it in a whole step, beside where the pushes of the
-  /// step before lead it: contacts, joints and the engine's own way to step are in it.
-  void try_step(int body, int axis, double wrench, double moved[6]) {
-    mj_copyData(trial_, m_, d_);
-    if (axis >= 0) trial_->xfrc_applied[6 * body + axis] += wrench;
-    step(trial_);
-    mju_sub3(moved, trial_->xipos + 3 * body, d_->xipos + 3 * body);
-    double back[4], turn[4];
-    mju_negQuat(back, d_->xquat + 4 * body);
-    mju_mulQuat(turn, trial_->xquat + 4 * body, back);
-    mju_quat2Vel(moved + 3, turn, 1.0);
-  }
-
-  [[nodiscard]] stillgrid_response response_by_step(int body) {
+  /// J M^-1 J^T of the body's own six coordinates: joints are in it, contacts are not.
+  [[nodiscard]] stillgrid_response response_of(int body) const {
     stillgrid_response out{};
     out.body = static_cast<std::uint32_t>(body);
     mju_copy3(out.centre_m, d_->xipos + 3 * body);
-    // Little beside what moves the body anyway, much beside rounding.
-    const double force_N = 1e-3 * m_->body_subtreemass[body];
-    const double length_m = std::sqrt(m_->body_inertia[3 * body] / m_->body_mass[body]);
-    double moved[6][6], still[6];
-    try_step(body, -1, 0.0, still);
-    for (int axis = 0; axis < 6; ++axis) {
-      const double wrench = axis < 3 ? force_N : force_N * length_m;
-      try_step(body, axis, wrench, moved[axis]);
-      for (int a = 0; a < 6; ++a)
-        moved[axis][a] = (moved[axis][a] - still[a]) / (wrench * period_s() * period_s());
-    }
-    for (int i = 0; i < 6; ++i)
-      for (int j = 0; j < 6; ++j)
-        out.inverse_inertia[6 * i + j] = 0.5 * (moved[i][j] + moved[j][i]);
-    return out;
-  }
-
-  /// The same of the inertia alone, J M^-1 J^T: joints are in it, contacts are not. Half of it, for
-  /// a force held through many small steps moves a mass by half of what one implicit step says.
-  [[nodiscard]] stillgrid_response response_by_mass(int body) {
-    stillgrid_response out{};
-    out.body = static_cast<std::uint32_t>(body);
-    mju_copy3(out.centre_m, d_->xipos + 3 * body);
+    double turn_move[6];
+    mj_objectVelocity(m_, d_, mjOBJ_BODY, body, turn_move, 0);  // at its centre of mass
+    mju_copy3(out.velocity, turn_move + 3);
+    mju_copy3(out.velocity + 3, turn_move);
     const int nv = m_->nv;
     std::vector<double> jacobian(6 * nv), solved(6 * nv);
     mj_jacBodyCom(m_, d_, jacobian.data(), jacobian.data() + 3 * nv, body);
     mj_solveM(m_, d_, solved.data(), jacobian.data(), 6);
     mju_mulMatMatT(out.inverse_inertia, solved.data(), jacobian.data(), 6, nv, 6);
-    for (double& value : out.inverse_inertia) value *= 0.5 * (1.0 + 1.0 / steps_);
     return out;
   }
 
   void apply_pushes() {
     std::vector<stillgrid_push> pushes(kMaxPushes);
     std::uint32_t count = kMaxPushes;
-    require(stillgrid_publisher_pushes(publisher_, period_s(), pushes.data(), &count), "pushes");
+    require(stillgrid_publisher_pushes(publisher_, m_->opt.timestep, pushes.data(), &count),
+            "pushes");
     mju_zero(d_->xfrc_applied, 6 * m_->nbody);
     for (const stillgrid_push& push : std::span(pushes).first(count)) {
       double* wrench = d_->xfrc_applied + 6 * push.body;
@@ -319,11 +263,10 @@ class Simulation {
   }
 
   const mjModel* m_;
-  mjData *d_, *trial_;
+  mjData* d_;
   Spheres spheres_;
-  Response response_;
   int steps_;
-  std::vector<double> positions_m_, velocities_m_s_, predicted_m_s_;
+  std::vector<double> positions_m_, velocities_m_s_;
   stillgrid_publisher* publisher_ = nullptr;
 };
 
@@ -331,22 +274,15 @@ class Simulation {
 
 int main(int argc, char** argv) {
   bool is_lockstep = false;
-  Response response = Response::kStep;
-  for (int i = 3; i < argc; ++i) {
-    const std::string option = argv[i], value = i + 1 < argc ? argv[i + 1] : "";
-    if (option == "--lockstep") is_lockstep = true;
-    if (option == "--response")
-      response = value == "step"   ? Response::kStep
-                 : value == "mass" ? Response::kMass
-                                   : Response::kNone;
-  }
+  for (int i = 3; i < argc; ++i)
+    if (std::string(argv[i]) == "--lockstep") is_lockstep = true;
   char error[500] = "expected MODEL.xml SESSION";
   mjModel* model = argc < 3 ? nullptr : mj_loadXML(argv[1], nullptr, error, sizeof error);
   if (model == nullptr) {
     std::fprintf(stderr, "publish_mujoco: %s\n", error);
     return 1;
   }
-  Simulation simulation(model, response);
+  Simulation simulation(model);
   simulation.open(argv[2], is_lockstep);
   simulation.run();
   mj_deleteModel(model);

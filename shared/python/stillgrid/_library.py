@@ -42,7 +42,7 @@ class Hand(Sized):
 class Scene(Sized):
     _fields_ = [("struct_size", c_uint32), ("clock", c_uint32), ("session", c_char_p), ("name", c_char_p),
                 ("period_s", c_double), ("sphere_capacity", c_uint32), ("material_count", c_uint32),
-                ("plane_count", c_uint32), ("hand_count", c_uint32), ("predicts", c_uint32),
+                ("plane_count", c_uint32), ("hand_count", c_uint32), ("gives_inertia", c_uint32),
                 ("reserved", c_uint32), ("materials", ctypes.POINTER(Material)),
                 ("planes", ctypes.POINTER(Plane)), ("hands", ctypes.POINTER(Hand)),
                 ("static_shapes", ctypes.POINTER(Shapes))]
@@ -79,7 +79,7 @@ class Snapshot(Sized):
                 ("contacts", c_uint32), ("snapshot_id", c_uint64), ("state_time_ns", c_uint64),
                 ("publish_time_ns", c_uint64), ("tool_time_ns", c_uint64), ("step_ns", c_uint64),
                 ("positions_m", c_void_p), ("velocities_m_s", c_void_p),
-                ("predicted_velocities_m_s", c_void_p), ("radii_m", c_void_p), ("materials", c_void_p),
+                ("radii_m", c_void_p), ("materials", c_void_p),
                 ("bodies", c_void_p)]
 
 
@@ -95,7 +95,8 @@ class Cover(Sized):
 
 # Structs that are handed over in arrays: numpy's own, of the same layout.
 RESPONSE = numpy.dtype([("body", numpy.uint32), ("reserved", numpy.uint32),
-                        ("centre_m", numpy.float64, 3), ("inverse_inertia", numpy.float64, (6, 6))])
+                        ("centre_m", numpy.float64, 3), ("velocity", numpy.float64, 6),
+                        ("inverse_inertia", numpy.float64, (6, 6))])
 PUSH = numpy.dtype([("body", numpy.uint32), ("contacts", numpy.uint32), ("force_N", numpy.float64, 3),
                     ("point_m", numpy.float64, 3), ("torque_N_m", numpy.float64, 3)])
 
@@ -115,8 +116,6 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "publisher_set_spheres": (c_int, c_void_p, c_uint32, c_void_p, c_void_p),
     "publisher_set_responses": (c_int, c_void_p, c_uint32, c_void_p),
     "publisher_pushes": (c_int, c_void_p, c_double, c_void_p, _COUNT),
-    "publisher_set_trial": (c_int, c_void_p, c_uint32, c_void_p),
-    "publisher_set_predicted": (c_int, c_void_p, c_uint32, c_void_p),
     "publisher_publish": (c_int, c_void_p, c_uint64),
     "publisher_tool": (c_int, c_void_p, c_uint32, ctypes.POINTER(Tool)),
     "reader_open": (c_int, c_char_p, c_char_p, _HANDLE),

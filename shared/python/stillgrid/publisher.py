@@ -40,8 +40,8 @@ class Publisher:
         self._is_over: Callable[[], bool] = lambda: False
         kept: list[Any] = []
         self._call = {name: _library.function(f"publisher_{name}") for name in (
-            "close", "wait", "set_shapes", "set_spheres", "set_responses", "set_trial", "pushes",
-            "set_predicted", "publish",
+            "close", "wait", "set_shapes", "set_spheres", "set_responses", "pushes",
+            "publish",
             "tool")}
         _library.check(_library.function("publisher_open")(
             scene_struct(scene, session, virtual_time, kept), ctypes.byref(self._handle)))
@@ -106,10 +106,12 @@ class Publisher:
             velocities = floats(velocities_m_s, "velocities_m_s", len(positions), 3)
         self._checked("set_spheres", len(positions), address(positions), address(velocities))
 
-    def set_responses(self, bodies: ArrayLike, centres_m: ArrayLike, inverse_inertias: ArrayLike) -> None:
-        """How bodies near the tool give way to a push over the next step: their numbers (B,), centres
-        (B, 3) and inverse inertias (B, 6, 6): acceleration and angular acceleration (m/s2, rad/s2) by
-        force at the centre and torque (N, N m). The scene predicts."""
+    def set_responses(self, bodies: ArrayLike, centres_m: ArrayLike, velocities: ArrayLike,
+                      inverse_inertias: ArrayLike) -> None:
+        """The rigid bodies near the tool, which give way to it: their numbers (B,), centres of mass (B, 3),
+        velocities of the centre and about it (B, 6; m/s, rad/s), and inverse inertias (B, 6, 6):
+        acceleration and angular acceleration (m/s2, rad/s2) by force at the centre and torque (N, N m).
+        The scene gives inertia."""
         numbers = indices(bodies, "bodies", None)
         count = len(numbers)
         if len(self._responses) < count:
@@ -117,13 +119,15 @@ class Publisher:
         responses = self._responses[:count]
         responses["body"] = numbers
         responses["centre_m"] = floats(centres_m, "centres_m", count, 3)
+        responses["velocity"] = floats(velocities, "velocities", count, 6)
         responses["inverse_inertia"] = floats(inverse_inertias, "inverse_inertias", count, 6, 6)
         self._checked("set_responses", count, address(responses))
 
     def pushes(self, step_s: float | None = None) -> "numpy.recarray[Any, Any]":
-        """What the hands' tools do to each moving body over the next step, a row a body and hand:
-        body, contacts, force_N (3,), point_m (3,) where it acts, torque_N_m (3,) beside that.
-        step_s: the step that they are for; None: the scene's period."""
+        """What the hands' tools did to each moving body in the step that leads on from the state that was
+        set: the mean along the tools' recorded paths, a row a body and hand: body, contacts, force_N
+        (3,), point_m (3,) where it acts, torque_N_m (3,) beside that. step_s: of the engine; None: the
+        scene's period."""
         step_s = self.scene.period_s if step_s is None else step_s
         while True:
             count = ctypes.c_uint32(len(self._pushes))
@@ -134,18 +138,6 @@ class Publisher:
                 if error.code != Code.CAPACITY or count.value <= len(self._pushes):
                     raise
                 self._pushes = numpy.zeros(count.value, _library.PUSH)
-
-    def set_trial(self, velocities_m_s: ArrayLike) -> None:
-        """Where a trial of the step leads while the last step's pushes are held, before pushes(): (N, 3), the
-        mean velocity over it.
-        The scene predicts."""
-        velocities = floats(velocities_m_s, "velocities_m_s", None, 3)
-        self._checked("set_trial", len(velocities), address(velocities))
-
-    def set_predicted(self, velocities_m_s: ArrayLike) -> None:
-        """Where the step led, after pushes(): (N, 3), the mean velocity over it. The scene predicts."""
-        velocities = floats(velocities_m_s, "velocities_m_s", None, 3)
-        self._checked("set_predicted", len(velocities), address(velocities))
 
     def publish(self, state_time_ns: int = 0) -> None:
         """Shows all hands the state that was set. state_time_ns: its time on the scene's clock; 0: as

@@ -51,9 +51,8 @@ class Snapshot:
     tool_time_ns: int  # of the tool in it; 0: none
     step_ns: int  # what its step cost
     contacts: int  # in the simulation
-    positions_m: NDArray[numpy.float32]  # (N, 3), as the two below
+    positions_m: NDArray[numpy.float32]  # (N, 3), as the one below
     velocities_m_s: NDArray[numpy.float32]
-    predicted_velocities_m_s: NDArray[numpy.float32]
     radii_m: NDArray[numpy.float32]  # (N,), as the two below
     materials: NDArray[numpy.uint32]
     bodies: NDArray[numpy.uint32]
@@ -61,7 +60,7 @@ class Snapshot:
 
 _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
     "positions_m": ((3,), numpy.float32), "velocities_m_s": ((3,), numpy.float32),
-    "predicted_velocities_m_s": ((3,), numpy.float32), "radii_m": ((), numpy.float32),
+    "radii_m": ((), numpy.float32),
     "materials": ((), numpy.uint32), "bodies": ((), numpy.uint32)}
 _NUMBERS = ("snapshot_id", "state_time_ns", "publish_time_ns", "tool_time_ns", "step_ns", "contacts")
 

@@ -56,8 +56,8 @@ class Hand:
 class Scene:
     """A scene of at most sphere_capacity moving spheres, published every period_s.
 
-    predicts: each snapshot comes with set_responses() or set_predicted(), so that the force is the
-    one at the end of the step. Without it haptic_server shows snapshots up to a period later.
+    gives_inertia: set_responses() comes with each state, and haptic_server moves the touched bodies on
+    from it in each tick. Without it haptic_server shows snapshots up to a period later.
     """
 
     period_s: float
@@ -66,7 +66,7 @@ class Scene:
     planes: Sequence[Plane] = ()
     static: StaticSpheres | None = None
     hands: Sequence[Hand] = ()  # none: one hand, a ball of 5 mm, its device at the origin
-    predicts: bool = False
+    gives_inertia: bool = False
     name: str | None = None  # shown to people
 
 
@@ -101,7 +101,7 @@ def scene_struct(scene: Scene, session: str | None, virtual_time: bool, kept: li
         session=_library.encoded(session), name=_library.encoded(scene.name), period_s=scene.period_s,
         sphere_capacity=scene.sphere_capacity, material_count=len(materials), materials=materials,
         plane_count=len(planes), planes=planes, hand_count=len(hands), hands=hands,
-        predicts=scene.predicts, static_shapes=static)
+        gives_inertia=scene.gives_inertia, static_shapes=static)
 
 
 def _hand_struct(hand: Hand, kept: list[Any]) -> _library.Hand:
