@@ -295,9 +295,9 @@ typedef struct stillgrid_snapshot {
 STILLGRID_API int stillgrid_reader_snapshot(stillgrid_reader* reader, stillgrid_snapshot* snapshot);
 /* [step] The static spheres; the times are 0. */
 STILLGRID_API int stillgrid_reader_static(stillgrid_reader* reader, stillgrid_snapshot* snapshot);
-/* [step] The same as snapshot(), but where the hand feels the spheres at the newest tick: between
- * snapshots, and given way where the tick displays the newest one. Velocities are NaN.
- * STILLGRID_NOTHING also where the tick displays none of this simulation's last four. */
+/* [step] The same as snapshot(), but where the newest tick shows the spheres, between snapshots.
+ * Velocities are NaN. STILLGRID_NOTHING also where the tick shows none of this simulation's last
+ * two. */
 STILLGRID_API int stillgrid_reader_displayed(stillgrid_reader* reader,
                                              stillgrid_snapshot* snapshot);
 /* [step] */

@@ -121,8 +121,9 @@ TEST_CASE("A ball that a tap presses onto a floor is pushed in every step to the
     pushed_N.push_back(-z_of(scene.pushes(period_s)));
     for (int i = 0; i < 400; ++i) {
       const double held_N = ball.z_m < 0.0 ? -kFloor_N_per_m * ball.z_m : 0.0;
-      ball.velocity_m_s +=
-          period_s / 400 * (-pushed_N.back() + held_N - damping_N_s_per_m * ball.velocity_m_s) / mass_kg;
+      ball.velocity_m_s += period_s / 400 *
+                           (-pushed_N.back() + held_N - damping_N_s_per_m * ball.velocity_m_s) /
+                           mass_kg;
       ball.z_m += period_s / 400 * ball.velocity_m_s;
     }
     ball.place(scene);
@@ -174,6 +175,90 @@ TEST_CASE("Force, point and torque of a push are those of its contacts together"
   const Vector3d told_torque_N_m =
       Vector3d(push.torque_N_m) + Vector3d(push.point_m).cross(Vector3d(push.force_N));
   CHECK((told_torque_N_m - moment_N_m).norm() < 1e-3 * moment_N_m.norm());
+}
+
+TEST_CASE("Two hands hold a ball, and a snapshot carries it for both", "[pushes]") {
+  constexpr double kStiffness = 500.0, kDepth_m = 1e-3, kPeriod_s = 0.033;
+  Published scene("two", {.stiffness_N_per_m = kStiffness,
+                          .period_s = kPeriod_s,
+                          .clock = STILLGRID_VIRTUAL_TIME,
+                          .hands = 2});
+  scene.declare({kRadius_m}, {0});
+  scene.hold({0.0, 0.0, kTouching_m - kDepth_m}, 0);
+  scene.hold({0.0, 0.0, kDepth_m - kTouching_m}, 1);
+  const Ball ball{0.1};
+  ball.place(scene);
+  scene.wait();
+  scene.publish();
+  for (int step = 0; step < 5; ++step) {
+    scene.wait();
+    const auto pushes = scene.pushes(kPeriod_s);
+    REQUIRE(pushes.size() == 2);
+    for (const double side : {-1.0, 1.0})
+      CHECK_THAT(pushes[side < 0.0 ? 0 : 1].force_N[2],
+                 WithinAbs(side * kStiffness * kDepth_m, 1e-5));
+    ball.place(scene);
+    scene.publish();
+  }
+  const auto snapshot = scene.snapshot();
+  CHECK(snapshot.header.state_tick == 165);
+  REQUIRE(local::is_given_model(snapshot.model));
+  const local::GivenModel model = local::decode_given_model(snapshot.model);
+  CHECK(model.period_ticks == 33);
+  REQUIRE(model.tools.size() == 2);
+  local::GivenState state;
+  REQUIRE(decode(snapshot.state, model.materials.size(), state));
+  REQUIRE(state.bodies.size() == 1);
+  CHECK(state.spheres.size() == 1);
+  CHECK(state.bodies[0].twist.norm() == 0.0);
+  CHECK(state.bodies[0].acceleration.norm() < 1e-3);
+  CHECK_THAT(state.bodies[0].inverse_inertia(0, 0), WithinAbs(10.0, 1e-12));
+}
+
+TEST_CASE("A step of the engine takes its own part of the path, and all together the whole",
+          "[pushes]") {
+  // Four steps a period; the tool is pushed into a sphere that gives no way.
+  constexpr double kStiffness = 500.0, kPeriod_s = 0.02;
+  const Published::Path tool = tap(kTouching_m, 0.004, 0.02, 0.02);
+  Published scene("parts", {.stiffness_N_per_m = kStiffness,
+                            .period_s = kPeriod_s,
+                            .gives_inertia = 0,
+                            .clock = STILLGRID_VIRTUAL_TIME});
+  scene.declare({kRadius_m}, {0});
+  scene.move(tool);
+  const auto place = [&] { scene.place({Vector3d::Zero()}, {Vector3d::Zero()}); };
+  place();
+  scene.wait();
+  scene.publish();
+  scene.wait();
+  scene.publish();
+  scene.wait();
+  for (int part = 0; part < 4; ++part) {
+    double expected_N = 0.0;
+    for (int tick = 1; tick <= 5; ++tick) expected_N -= 0.2 * kStiffness * 2e-4 * (5 * part + tick);
+    CHECK_THAT(z_of(scene.pushes(kPeriod_s / 4)), WithinAbs(expected_N, 1e-5));
+    place();
+  }
+  scene.publish();
+}
+
+TEST_CASE("The tool's work is its forces along the ways of the bodies, tick by tick", "[pushes]") {
+  const Published::Path tool = tap(kTouching_m, 0.004, 0.0, 0.02);
+  Published scene("work", {.period_s = 0.04, .clock = STILLGRID_VIRTUAL_TIME});
+  scene.declare({kRadius_m}, {0});
+  scene.move(tool);
+  Ball ball{0.05};
+  ball.place(scene);
+  scene.wait();
+  scene.publish();
+  scene.wait();
+  ball.velocity_m_s += 0.04 * z_of(scene.pushes(0.04)) / ball.mass_kg;
+  ball.place(scene);
+  scene.publish();
+  // It was at rest and free: the work is its energy, but for what implicit Euler takes.
+  const double energy_J = 0.5 * ball.mass_kg * ball.velocity_m_s * ball.velocity_m_s;
+  CHECK_THAT(scene.snapshot().header.tool_work_J, WithinAbs(energy_J, 0.06 * energy_J));
+  CHECK(scene.snapshot().header.tool_time_ns == 40'000'000);
 }
 
 }  // namespace
