@@ -59,8 +59,8 @@ class TickPath {
   std::uint64_t count_ = 0;  // samples added; sample k has index k modulo kLength
 };
 
-/// Returns the pose in tick n as TickPath::pose_at(). Beyond the newest sample the tool goes on
-/// evenly for led_on_ticks, then it is away. Realtime: yes.
+/// Returns the pose in tick n as TickPath::pose_at(). The tool goes on evenly for led_on_ticks
+/// beyond the newest sample, then it is away. Realtime: yes.
 [[nodiscard]] std::optional<ToolPose> led_on_pose(const TickPath& path, std::uint64_t n,
                                                   std::uint64_t led_on_ticks) noexcept;
 

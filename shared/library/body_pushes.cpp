@@ -27,9 +27,9 @@ const GivenBody* body_of(std::span<const GivenBody> given, std::uint32_t number)
 BodyPushes::BodyPushes(const local::GivenModel& model)
     : bodies_(model), poses_(model.tools.size()), work_J_(model.tools.size()) {
   for (const local::GivenModel::Tool& tool : model.tools) {
-    double& reach_m = reach_m_.emplace_back(0.0);
+    double& radius_m = radius_m_.emplace_back(0.0);
     for (const local::GivenModel::ToolSphere& sphere : tool.spheres)
-      reach_m = std::max(reach_m, sphere.centre_m.norm() + sphere.radius_m);
+      radius_m = std::max(radius_m, sphere.centre_m.norm() + sphere.radius_m);
   }
   near_.reserve(kMaxNear);
   groups_.reserve(kMaxNear);
@@ -139,7 +139,7 @@ void BodyPushes::fill(publication::MovingRecords& moving,
                 .material = record.material,
                 .radius_m = double{record.radius_m},
                 .arm_m = vector(record.newest.position_m) - added.centre_m};
-      if (body == nullptr) sphere.drift_m_s = vector(record.newest.velocity_m_s);
+      if (body == nullptr) sphere.own_m_s = vector(record.newest.velocity_m_s);
     }
   }
 }
@@ -153,7 +153,7 @@ void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenB
   for (std::size_t hand = 0; hand < hands.size(); ++hand) {
     std::optional<Ball> ball = ball_of(hands[hand], from, to);
     if (!ball) continue;
-    ball->radius_m += 4.0 * reach_m_[hand];  // bodies turn, and are pushed on
+    ball->radius_m += 4.0 * radius_m_[hand];  // bodies turn, and are pushed on
     (void)find_near(moving, *ball, ticks * dynamics::kTick_s);
   }
   if (near_.empty()) return;
@@ -179,7 +179,7 @@ void BodyPushes::tell(std::size_t hand, double ticks) noexcept {
     const local::GivenBodies::Push& all = bodies_.push(hand, i);
     if (!(all.weight_N > 0.0) || !all.wrench.allFinite()) continue;
     const Twist wrench = all.wrench / (ticks * dynamics::kTick_s);
-    const Vector3d arm_m = all.weighted_m_N / all.weight_N, force_N = wrench.head<3>();
+    const Vector3d arm_m = all.weighted / all.weight_N, force_N = wrench.head<3>();
     wrenches_[i].second += wrench;
     work_J_[hand] += all.work_J;
     stillgrid_push& push = pushes_.emplace_back();
@@ -195,14 +195,14 @@ void BodyPushes::tell(std::size_t hand, double ticks) noexcept {
 std::span<const std::byte> BodyPushes::state_at(std::uint64_t tick,
                                                 publication::MovingRecords& moving,
                                                 std::span<const GivenBody> given,
-                                                std::span<const HandPath> hands, double reach_m) {
+                                                std::span<const HandPath> hands, double margin_m) {
   bool is_whole = false;
-  for (int tries = 0; tries < 4 && !is_whole; ++tries, reach_m *= 0.5) {
+  for (int tries = 0; tries < 4 && !is_whole; ++tries, margin_m *= 0.5) {
     is_whole = true;
     near_.clear();
     for (std::size_t hand = 0; hand < hands.size(); ++hand)
       if (std::optional<Ball> ball = ball_of(hands[hand], tick, tick)) {
-        ball->radius_m += reach_m_[hand] + reach_m;
+        ball->radius_m += radius_m_[hand] + margin_m;
         is_whole = find_near(moving, *ball, 0.0) && is_whole;
       }
   }

@@ -14,26 +14,26 @@
 
 namespace stillgrid::library {
 
-/// A hand's tool: the path that it took, and by how many ticks it is led on beyond it.
+/// The path that a hand's tool took. The tool goes on evenly for led_on_ticks beyond it.
 struct HandPath {
   dynamics::TickPath path;
   std::uint64_t led_on_ticks = 0;
 };
 
-/// What the tools do to the bodies of a publisher along their paths, and the bodies near them as a
-/// snapshot carries them.
+/// The pushes of the tools on a publisher's bodies along their paths. It also makes the states of
+/// snapshots, which hold the bodies near the tools.
 ///
-/// Bodies that their publisher gave an inverse inertia give way in each tick; the spheres of others
-/// go on at their velocity. Thread: one. Realtime: yes, but for the constructor, which allocates.
+/// A body with an inverse inertia moves under its pushes. The spheres of others go on at their
+/// velocity. Thread: one. Realtime: yes, but for the constructor, which allocates.
 class BodyPushes {
  public:
   explicit BodyPushes(const local::GivenModel& model);
 
-  /// Finds the pushes over the ticks `from` to `to`, of which the first is left out.
-  /// given: by number, as they were at `from`; moving was placed then.
+  /// Finds the pushes in the ticks after `from`, until `to`. Pre: given is in the order of its
+  /// numbers; given and moving are of tick `from`.
   void find(publication::MovingRecords& moving, std::span<const local::GivenBody> given,
             std::span<const HandPath> hands, std::uint64_t from, std::uint64_t to) noexcept;
-  /// There are none.
+  /// Forgets the pushes.
   void clear() noexcept;
 
   /// Each hand's to each body that it touched, as the mean over the ticks.
@@ -52,7 +52,7 @@ class BodyPushes {
                                                     publication::MovingRecords& moving,
                                                     std::span<const local::GivenBody> given,
                                                     std::span<const HandPath> hands,
-                                                    double reach_m);
+                                                    double margin_m);
 
  private:
   struct Near {
@@ -79,13 +79,13 @@ class BodyPushes {
 
   local::GivenBodies bodies_;
   local::GivenState state_;
-  std::vector<double> reach_m_;  // of each tool's spheres from its origin
+  std::vector<double> radius_m_;  // a tool: its spheres about its origin
   std::vector<Near> near_;
   std::vector<Group> groups_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;
   std::vector<stillgrid_push> pushes_;
   std::vector<double> work_J_;
-  std::vector<std::pair<std::uint32_t, local::Twist>> wrenches_;  // by number of body
+  std::vector<std::pair<std::uint32_t, local::Twist>> wrenches_;  // in the order of bodies
   std::vector<std::byte> block_;
 };
 

@@ -20,7 +20,7 @@ constexpr double kLightest = 1e12;
 /// Ticks in one step at most: the path is as long.
 constexpr std::uint64_t kMaxTicks = dynamics::TickPath::kLength - 96;
 /// In a snapshot are the bodies that a tool meets at this speed in two periods, and so far besides.
-constexpr double kReach_m_s = 1.0, kReach_m = 0.05;
+constexpr double kSpeed_m_s = 1.0, kMargin_m = 0.05;
 /// A call that waits says after so long that nothing came.
 constexpr std::uint64_t kPatience_ns = 100'000'000;
 
@@ -278,7 +278,7 @@ publication::SnapshotState Publisher::state_at(std::uint64_t state_ns) {
   impulses_.clear();
   shown_s_ = 0.0;
   return {.bytes = pushes_.state_at(tick, moving_, shown_, paths_,
-                                    kReach_m + 2.0 * period_s_ * kReach_m_s),
+                                    kMargin_m + 2.0 * period_s_ * kSpeed_m_s),
           .tick = tick};
 }
 

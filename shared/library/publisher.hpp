@@ -38,8 +38,8 @@ class Publisher {
 
  private:
   struct Hand {
-    std::uint64_t epoch = 0;         // of the tool's segment that the path is from
-    std::uint64_t told_tool_ns = 0;  // of the newest sample in the state
+    std::uint64_t epoch = 0;         // the tool's segment that the path is from
+    std::uint64_t told_tool_ns = 0;  // the newest sample in the state
     double work_J = 0.0;
   };
   using Impulse = std::pair<std::uint32_t, local::Twist>;  // N s, N m s
@@ -63,14 +63,14 @@ class Publisher {
                                                            // state and of the one before
   BodyPushes pushes_;
   std::vector<Hand> hands_;
-  std::vector<HandPath> paths_;  // of each hand
+  std::vector<HandPath> paths_;  // one a hand
   std::uint32_t material_count_;
   bool gives_inertia_;
   std::optional<std::uint64_t> state_ns_;  // of the state that was set, once one was published
   double step_s_, stretch_ = 1.0;  // of the last pushes; of the path, where time fell behind
   std::uint64_t time_ns_ = 0;      // of the state that wait() asked for
   bool waited_ = false;            // and it is not published yet
-  std::vector<local::GivenBody> shown_, next_shown_;  // as in the last snapshot, explained over the
+  std::vector<local::GivenBody> shown_, next_shown_;  // the last snapshot's, explained over the
                                                       // time since the one before
   std::vector<Impulse> impulses_;                     // since it, by number of body
   double shown_s_ = 0.0;                              // and the steps' time

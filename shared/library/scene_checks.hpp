@@ -12,7 +12,7 @@ namespace stillgrid::library {
 int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
                std::vector<publication::HandScene>& hands);
 
-/// What the contacts of a session's bodies with its tools depend on.
+/// Returns the model of a session's given bodies: its tools and materials.
 [[nodiscard]] local::GivenModel given_model(const publication::SessionSpec& spec,
                                             std::span<const publication::HandScene> hands);
 

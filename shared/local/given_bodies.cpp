@@ -46,9 +46,9 @@ GivenBodies::GivenBodies(GivenModel model)
   turns_.reserve(kMaxHeldBodies);
   starts_.reserve(kMaxHeldBodies);
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    double& reach_m = reach_m_.emplace_back(0.0);
+    double& radius_m = radius_m_.emplace_back(0.0);
     for (const GivenModel::ToolSphere& sphere : model_.tools[hand].spheres)
-      reach_m = std::max(reach_m, sphere.centre_m.norm() + sphere.radius_m);
+      radius_m = std::max(radius_m, sphere.centre_m.norm() + sphere.radius_m);
     tools_[hand].centre_m.resize(model_.tools[hand].spheres.size());
   }
 }
@@ -73,7 +73,7 @@ Vector3d GivenBodies::position_m(const GivenSphere& sphere) const noexcept {
 Vector3d GivenBodies::velocity_m_s(const GivenSphere& sphere,
                                    const Vector3d& point_m) const noexcept {
   const GivenBody& body = state_.bodies[sphere.body];
-  return motion_of(point_m - body.centre_m) * body.twist + sphere.drift_m_s;
+  return motion_of(point_m - body.centre_m) * body.twist + sphere.own_m_s;
 }
 
 bool GivenBodies::is_plausible() const noexcept {
@@ -111,7 +111,7 @@ void GivenBodies::touch(std::size_t hand, const GivenBody& body, const Vector3d&
                         const GivenSphere& sphere, Contacts& contacts) const noexcept {
   const PlacedTool& tool = tools_[hand];
   const Vector3d sphere_m = body.centre_m + arm_m;
-  const double near_m = reach_m_[hand] + sphere.radius_m;
+  const double near_m = radius_m_[hand] + sphere.radius_m;
   if (!((sphere_m - tool.pose.position_m).squaredNorm() < near_m * near_m)) return;
   const GivenModel::Tool& shape = model_.tools[hand];
   for (std::size_t i = 0; i < shape.spheres.size(); ++i) {
@@ -128,7 +128,7 @@ void GivenBodies::touch(std::size_t hand, const GivenBody& body, const Vector3d&
     const PointMotion motion = motion_of(point_m - body.centre_m);
     const Vector3d passing_m_s = tool.pose.velocity_m_s +
                                  tool.turning_rad_s.cross(point_m - tool.pose.position_m) -
-                                 motion * body.twist - sphere.drift_m_s;
+                                 motion * body.twist - sphere.own_m_s;
     const Vector3d force_N =
         -collision::contact_force_N(material, touching_m - distance_m, normal, passing_m_s);
     const double apart_m_s = normal.dot(passing_m_s);
@@ -145,20 +145,20 @@ void GivenBodies::touch(std::size_t hand, const GivenBody& body, const Vector3d&
     contacts.resisting += motion.transpose() * resisting * motion;
     const double size_N = force_N.norm();
     contacts.weight_N += size_N;
-    contacts.weighted_m_N += size_N * (point_m - body.centre_m);
-    contacts.drift_W += force_N.dot(sphere.drift_m_s);
+    contacts.weighted += size_N * (point_m - body.centre_m);
+    contacts.own_W += force_N.dot(sphere.own_m_s);
     ++contacts.count;
   }
 }
 
-void GivenBodies::take(std::size_t hand, std::size_t body, const Twist& wrench) noexcept {
+void GivenBodies::add_push(std::size_t hand, std::size_t body, const Twist& wrench) noexcept {
   const Contacts& contacts = contacts_[hand];
   Push& push = pushes_[hand * kMaxHeldBodies + body];
   push.wrench += kTick_s * wrench;
   push.weight_N += contacts.weight_N;
-  push.weighted_m_N += contacts.weighted_m_N;
+  push.weighted += contacts.weighted;
   push.contacts = std::max(push.contacts, contacts.count);
-  push.work_J += kTick_s * (wrench.dot(state_.bodies[body].twist) + contacts.drift_W);
+  push.work_J += kTick_s * (wrench.dot(state_.bodies[body].twist) + contacts.own_W);
 }
 
 /// What resists a body's push keeps it to its course: a damper on what leaves it, along the push.
@@ -193,7 +193,7 @@ void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexce
   move();  // where the body goes without the tools
   for (Contacts& contacts : contacts_) contacts = {};
   for (GivenSphere& sphere : spheres) {
-    sphere.arm_m += kTick_s * sphere.drift_m_s;
+    sphere.arm_m += kTick_s * sphere.own_m_s;
     const Vector3d arm_m = turn * sphere.arm_m;
     for (std::size_t hand = 0; hand < tools_.size(); ++hand)
       if (tools_[hand].is_here) touch(hand, body, arm_m, sphere, contacts_[hand]);
@@ -214,8 +214,8 @@ void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexce
   move();
   for (std::size_t hand = 0; hand < tools_.size(); ++hand)
     if (contacts_[hand].count > 0)
-      take(hand, index,
-           contacts_[hand].wrench - contacts_[hand].resisting * (body.twist - led) / kTick_s);
+      add_push(hand, index,
+               contacts_[hand].wrench - contacts_[hand].resisting * (body.twist - led) / kTick_s);
 }
 
 void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept {

@@ -13,24 +13,23 @@
 
 namespace stillgrid::local {
 
-/// Rigid bodies of a publisher, which give way to the tools tick by tick: what both processes run
+/// Rigid bodies of a publisher under the pushes of the tools. Both processes step them tick by tick
 /// where no engine of ours knows the scene. See docs/library.md.
 ///
-/// A tick of 1 ms takes the tools' contacts implicitly: with W the inverse inertia, F the contact
-/// law's wrench at the place to which the body goes without it, and K and D its stiffness and
-/// damping, the wrench is w = (1 + (h^2 K + h D) W)^-1 F, and the twist changes by h (a + W w).
-/// Bodies do not touch one another here: what held them is in the acceleration a.
+/// A tick takes h = 1 ms. It takes the tools' contacts implicitly: w = (1 + (h^2 K + h D) W)^-1 F,
+/// and the twist changes by h (a + W w). W is the inverse inertia. F is the contact law's wrench
+/// where the body is at the tick's end without it; K and D are its stiffness and damping.
+/// Bodies do not touch one another here: the acceleration a holds all other forces.
 ///
 /// Thread: one. Realtime: yes, but for the constructor, which allocates.
 class GivenBodies {
  public:
-  /// What one hand's tool did to one body in all ticks since begin().
+  /// The impulse of one hand's tool on one body in all ticks since begin().
   struct Push {
-    Twist wrench = Twist::Zero();  // N s, N m s: at the centre, which moved
-    double weight_N = 0.0;         // sum of the contacts' forces
-    Eigen::Vector3d weighted_m_N =
-        Eigen::Vector3d::Zero();  // and of their points beside the centre
-    int contacts = 0;             // in the tick that had most
+    Twist wrench = Twist::Zero();                        // N s, N m s: at the centre, which moved
+    double weight_N = 0.0;                               // sum of the contacts' forces
+    Eigen::Vector3d weighted = Eigen::Vector3d::Zero();  // and of their points beside the centre
+    int contacts = 0;                                    // in the tick that had most
     double work_J = 0.0;
   };
 
@@ -50,7 +49,7 @@ class GivenBodies {
   [[nodiscard]] std::span<const GivenBody> bodies() const noexcept { return state_.bodies; }
   [[nodiscard]] std::span<const GivenSphere> spheres() const noexcept { return state_.spheres; }
   [[nodiscard]] Eigen::Vector3d position_m(const GivenSphere& sphere) const noexcept;
-  /// Of a point that is fixed to the sphere's body.
+  /// Returns the velocity of a point that is fixed to the sphere's body.
   [[nodiscard]] Eigen::Vector3d velocity_m_s(const GivenSphere& sphere,
                                              const Eigen::Vector3d& point_m) const noexcept;
   [[nodiscard]] const Push& push(std::size_t hand, std::size_t body) const noexcept {
@@ -65,18 +64,18 @@ class GivenBodies {
     bool is_here = false;
     dynamics::ToolPose pose;
     Eigen::Vector3d turning_rad_s = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> centre_m;  // of its spheres
+    std::vector<Eigen::Vector3d> centre_m;  // one a sphere
   };
-  /// One tool's contacts with one body: wrench and what resists, h^2 K + h D.
+  /// One tool's contacts with one body: wrench, and resistance h^2 K + h D.
   struct Contacts {
     Twist wrench = Twist::Zero();
     Matrix6 resisting = Matrix6::Zero();
     double weight_N = 0.0;
-    Eigen::Vector3d weighted_m_N = Eigen::Vector3d::Zero();
-    double drift_W = 0.0;  // of the forces on spheres that drift
+    Eigen::Vector3d weighted = Eigen::Vector3d::Zero();
+    double own_W = 0.0;  // power of the forces on spheres that move on their own
     int count = 0;
   };
-  /// The twist to which a body goes without its contacts, and how it gives way to them.
+  /// The twist of a body at a tick's end without its contacts, and its inverse inertia there.
   struct Course {
     Twist twist;
     Matrix6 inverse_inertia;
@@ -87,17 +86,17 @@ class GivenBodies {
   void step(std::size_t body, std::span<GivenSphere> spheres) noexcept;
   void touch(std::size_t hand, const GivenBody& body, const Eigen::Vector3d& arm_m,
              const GivenSphere& sphere, Contacts& contacts) const noexcept;
-  void take(std::size_t hand, std::size_t body, const Twist& wrench) noexcept;
+  void add_push(std::size_t hand, std::size_t body, const Twist& wrench) noexcept;
 
   GivenModel model_;
   GivenState state_;
-  std::vector<Eigen::Quaterniond> turns_;  // of each body since the state
-  std::vector<Twist> starts_;              // of each body in the state
+  std::vector<Eigen::Quaterniond> turns_;  // one a body, since the state
+  std::vector<Twist> starts_;              // one a body, in the state
   std::uint64_t ticks_ = 0;                // since the state
   std::vector<PlacedTool> tools_;
-  std::vector<double> reach_m_;     // of each tool's spheres from its origin
-  std::vector<Contacts> contacts_;  // of each hand with the body in turn
-  std::vector<Push> pushes_;        // by hand and body
+  std::vector<double> radius_m_;    // a tool: its spheres about its origin
+  std::vector<Contacts> contacts_;  // one a hand, with the body in turn
+  std::vector<Push> pushes_;        // each hand's for all bodies
 };
 
 }  // namespace stillgrid::local

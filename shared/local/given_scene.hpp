@@ -16,8 +16,8 @@ namespace stillgrid::local {
 /// The bodies near the tools of a publisher's scene, which go on from its snapshots along the paths
 /// that the tools take. LocalScene is the same of a scene of our engine. The publisher's own engine
 /// is not known here, so each snapshot begins a second copy, which catches up and takes the first
-/// one's place. By how much its spheres then stand elsewhere is shown as an offset, which goes in
-/// half a period. Two periods after its state a copy stands.
+/// one's place. Its spheres are shown with an offset from where they were, which goes in half a
+/// period. A copy stops two periods after its state.
 ///
 /// Thread: one. Realtime: yes, but for the constructor, which allocates.
 class GivenScene {
@@ -26,7 +26,7 @@ class GivenScene {
   /// std::invalid_argument where it is not sound, or has another number of hands.
   GivenScene(std::span<const std::byte> model, std::size_t hands, std::size_t own_hand);
 
-  /// As LocalScene.
+  /// See LocalScene.
   void add_to_path(const dynamics::PathPose& pose) noexcept { tools_[own_hand_].path.add(pose); }
   template <class View>
   void follow(std::size_t hand, const View& path, std::uint64_t led_on_ticks) noexcept {
@@ -47,7 +47,7 @@ class GivenScene {
 
   /// The bodies at the tick of the last advance_to(). Pre: they were known there.
   [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown_->bodies; }
-  /// Where sphere i of bodies().spheres() is shown then.
+  /// Returns the place where sphere i of bodies().spheres() is shown then.
   [[nodiscard]] Eigen::Vector3d position_m(std::size_t i) const noexcept;
 
  private:
@@ -75,7 +75,7 @@ class GivenScene {
   std::size_t own_hand_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   GivenState decoded_;
-  std::vector<Eigen::Vector3d> shifts_m_, next_shifts_m_;  // of the shown spheres, at the last swap
+  std::vector<Eigen::Vector3d> shifts_m_, next_shifts_m_;  // one a shown sphere, at the last swap
   std::uint64_t swapped_ = 0;                              // its tick
 };
 

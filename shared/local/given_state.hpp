@@ -10,10 +10,10 @@
 
 namespace stillgrid::local {
 
-using Twist = Eigen::Matrix<double, 6, 1>;    // of a centre, and about it; of a wrench too
-using Matrix6 = Eigen::Matrix<double, 6, 6>;  // of an inverse inertia: 1/kg, 1/(kg m), 1/(kg m^2)
+using Twist = Eigen::Matrix<double, 6, 1>;    // also a wrench: at a centre, and about it
+using Matrix6 = Eigen::Matrix<double, 6, 6>;  // inverse inertia: 1/kg, 1/(kg m), 1/(kg m^2)
 
-/// What stays the same in a scene of given bodies: what their contacts with the tools depend on.
+/// The tools and materials of a scene of given bodies.
 struct GivenModel {
   struct ToolSphere {
     Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // in the tool's frame
@@ -23,18 +23,18 @@ struct GivenModel {
     double slip_speed_m_s = 0.0;  // see collision::tool_material()
     std::vector<ToolSphere> spheres;
   };
-  std::uint64_t period_ticks = 1;  // of publications, rounded up
+  std::uint64_t period_ticks = 1;  // one publication, rounded up
   std::vector<collision::ContactMaterial> materials;
   std::vector<Tool> tools;  // one a hand
 };
 
-/// A rigid body as its publisher gives it: it moves on under the acceleration, and gives way to the
-/// tools by its inverse inertia. All in the frame of the world, at the body's centre.
+/// A rigid body as its publisher gives it. It moves on under the acceleration and the tools'
+/// pushes. All in the frame of the world, at the body's centre.
 struct GivenBody {
-  std::uint32_t number = 0;  // of the publisher
+  std::uint32_t number = 0;  // the publisher's
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   Twist twist = Twist::Zero();         // m/s, rad/s
-  Twist acceleration = Twist::Zero();  // by all but the tools, m/s^2, rad/s^2
+  Twist acceleration = Twist::Zero();  // all but the tools', m/s^2, rad/s^2
   Matrix6 inverse_inertia = Matrix6::Zero();
   Twist push = Twist::Zero();  // mean wrench of the tools in the last step, N, N m
   double resisted = 0.0;       // share of it that something else took, as a floor does, 0 to 1
@@ -43,11 +43,11 @@ struct GivenBody {
 /// A sphere of a given body.
 struct GivenSphere {
   std::uint32_t body = 0;    // index among the state's bodies
-  std::uint32_t number = 0;  // of the publisher
+  std::uint32_t number = 0;  // the publisher's
   std::uint32_t material = 0;
   double radius_m = 0.0;
-  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();      // from the body's centre
-  Eigen::Vector3d drift_m_s = Eigen::Vector3d::Zero();  // beside the body's twist; not encoded
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();    // its place beside the body's centre
+  Eigen::Vector3d own_m_s = Eigen::Vector3d::Zero();  // beside the body's twist; not encoded
 };
 
 /// The bodies near the tools at one moment. Bodies are in the order of their numbers,
@@ -78,8 +78,8 @@ inline constexpr std::size_t kMaxGivenBodies = 64, kMaxHeldBodies = 512, kMaxGiv
 /// Writes a state as one block. Realtime: yes, where bytes has given_state_capacity().
 /// Pre: kMaxGivenBodies and kMaxGivenSpheres at most.
 void encode(const GivenState& state, std::vector<std::byte>& bytes);
-/// Reads encode()'s block, which may be hostile: returns false where a count, a number, an inverse
-/// inertia or an order is none that a publisher writes; the state is then empty. Realtime: yes,
+/// Reads encode()'s block, which may be hostile. Returns whether a publisher may write its counts,
+/// numbers, inverse inertias and order; else the state is empty. Realtime: yes,
 /// where the state's vectors have room for kMaxGivenBodies and kMaxGivenSpheres.
 [[nodiscard]] bool decode(std::span<const std::byte> bytes, std::size_t materials,
                           GivenState& state);

@@ -87,7 +87,7 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
   const bool is_switch = now_.is_swap || !was_local_;
   if (scene.local->is_given()) {
     if (look.accepted()) scene.local->replace(tool(), fresh());
-    take_weights(look, tick);
+    accept_weights(look, tick);
     sum_force(scene, look.accepted(), look.accepted() && is_switch, tick);
     return;
   }

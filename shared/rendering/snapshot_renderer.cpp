@@ -23,15 +23,15 @@ void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeade
   scene.gather_moving(moving, {next_, before}, tool_, *fresh_);
 }
 
-void SnapshotRenderer::take_weights(const publication::SnapshotLook& look,
-                                    RenderedTick& tick) noexcept {
+void SnapshotRenderer::accept_weights(const publication::SnapshotLook& look,
+                                      RenderedTick& tick) noexcept {
   if (look.accepted()) shown_ = next_;
   tick.weights = shown_;
 }
 
 void SnapshotRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                             RenderedTick& tick) noexcept {
-  take_weights(look, tick);
+  accept_weights(look, tick);
   sum_force(scene, look.accepted(), look.is_new && !look.is_first, tick);
 }
 

@@ -23,7 +23,7 @@ class SnapshotRenderer : public Renderer {
             RenderedTick& tick) noexcept override;
 
   /// How the gathered snapshot is displayed counts from now on, if its read does.
-  void take_weights(const publication::SnapshotLook& look, RenderedTick& tick) noexcept;
+  void accept_weights(const publication::SnapshotLook& look, RenderedTick& tick) noexcept;
   [[nodiscard]] std::span<const PlacedToolSphere> tool() const noexcept { return tool_; }
   /// What moves and the tool touches in this tick, being gathered.
   [[nodiscard]] TouchedSpheres& fresh() noexcept { return *fresh_; }

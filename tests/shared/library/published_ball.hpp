@@ -156,7 +156,7 @@ class Published {
                          .emplace_back(std::make_unique<publication::ToolWriter>(
                              hand_session(hand), 1'000'000, proto::Clock::kVirtual, 0))
                          ->header();
-      // They keep nobody waiting, and are not at their end.
+      // The publisher never waits for them, and they are not at their end.
       for (std::uint64_t* promise : {&header.lockstep_sample_ns, &header.lockstep_event_ns})
         double_buffer::HardwareAtomics::store(*promise, proto::kNever - 1,
                                               std::memory_order_release);
@@ -176,7 +176,7 @@ class Published {
   std::string session_;
   std::uint64_t period_ns_, time_ns_ = 0, tick_ = 0;
   bool is_begun_ = false;
-  std::vector<Path> poses_;  // by hand
+  std::vector<Path> poses_;  // one a hand
   std::vector<std::unique_ptr<publication::ToolWriter>> tools_;
   stillgrid_publisher* publisher_ = nullptr;
   std::uint32_t count_ = 0;

@@ -39,7 +39,7 @@ struct Ball {
 /// The mean force of the tool on the ball in a 1 kHz simulation from that state on.
 double simulated_N(Ball ball, double stiffness, const Published::Path& tool, double from_s,
                    int ticks, double acceleration_m_s2 = 0.0) {
-  double impulse_N_s = 0.0;
+  double impulse = 0.0;
   for (int tick = 1; tick <= ticks; ++tick) {
     ball.velocity_m_s += kTick_s * acceleration_m_s2;
     const double led_m = ball.z_m + kTick_s * ball.velocity_m_s;
@@ -48,9 +48,9 @@ double simulated_N(Ball ball, double stiffness, const Published::Path& tool, dou
         stiffness * std::max(0.0, depth_m) / (1.0 + stiffness * kTick_s * kTick_s / ball.mass_kg);
     ball.velocity_m_s -= kTick_s * force_N / ball.mass_kg;
     ball.z_m += kTick_s * ball.velocity_m_s;
-    impulse_N_s += kTick_s * force_N;
+    impulse += kTick_s * force_N;
   }
-  return -impulse_N_s / (kTick_s * ticks);
+  return -impulse / (kTick_s * ticks);
 }
 
 /// Down by depth_m in duration_s from a height at start_s, and there it stays.
@@ -83,7 +83,7 @@ TEST_CASE("Each push of a fast tap is that of the 1 kHz simulation of the same b
   ball.place(scene);
   double before_s = scene.wait();
   scene.publish();
-  double impulse_N_s = 0.0;
+  double impulse = 0.0;
   for (int step = 0; step < 10; ++step) {
     const double time_s = scene.wait();
     const double pushed_N = z_of(scene.pushes(period_s));
@@ -91,13 +91,13 @@ TEST_CASE("Each push of a fast tap is that of the 1 kHz simulation of the same b
     const double expected_N = simulated_N(ball, stiffness, tool, before_s, ticks);
     CHECK_THAT(pushed_N, WithinAbs(expected_N, 0.02 * std::abs(expected_N) + 1e-5));
     ball.step(period_s, pushed_N);
-    impulse_N_s += period_s * pushed_N;
+    impulse += period_s * pushed_N;
     ball.place(scene);
     scene.publish();
     before_s = time_s;
   }
-  CHECK(impulse_N_s < 0.0);
-  CHECK_THAT(mass_kg * ball.velocity_m_s, WithinAbs(impulse_N_s, 1e-9));
+  CHECK(impulse < 0.0);
+  CHECK_THAT(mass_kg * ball.velocity_m_s, WithinAbs(impulse, 1e-9));
 }
 
 TEST_CASE("A ball that a tap presses onto a floor is pushed in every step to the end", "[pushes]") {

@@ -120,9 +120,9 @@ TEST_CASE("Two hands hold a ball between them, each by its own push", "[given_bo
   bodies.begin(one_ball(mass_kg, kRadius_m));
   const Vector3d back_m(kTouching_m - 0.5 * kDepth_m, 0.0, 0.0);
   for (int tick = 0; tick < 10; ++tick) bodies.step(Tools{tool_at(left_m), tool_at(back_m)});
-  const double gained_N_s = mass_kg * bodies.bodies()[0].twist[0];
+  const double momentum = mass_kg * bodies.bodies()[0].twist[0];
   CHECK_THAT(bodies.push(0, 0).wrench[0] + bodies.push(1, 0).wrench[0],
-             WithinAbs(gained_N_s, 1e-12 + 1e-9 * std::abs(gained_N_s)));
+             WithinAbs(momentum, 1e-12 + 1e-9 * std::abs(momentum)));
   CHECK(bodies.push(1, 0).wrench[0] < 0.0);
 }
 
@@ -149,17 +149,17 @@ TEST_CASE("Spheres of a body without an inertia go on at their velocity", "[give
   constexpr double kStiffness = 500.0;
   GivenState state;
   state.bodies = {{.number = 9}};
-  state.spheres = {{.radius_m = kRadius_m, .drift_m_s = Vector3d(0.0, 0.0, 0.1)}};
+  state.spheres = {{.radius_m = kRadius_m, .own_m_s = Vector3d(0.0, 0.0, 0.1)}};
   GivenBodies bodies(ball_model(kStiffness));
   bodies.begin(state);
-  double impulse_N_s = 0.0, work_J = 0.0;
+  double impulse = 0.0, work_J = 0.0;
   for (int tick = 1; tick <= 40; ++tick) {
     bodies.step(Tools{tool_at({0.0, 0.0, kTouching_m + 0.001})});
     const double force_N = kStiffness * std::max(0.0, 1e-4 * tick - 0.001);
-    impulse_N_s -= kTick_s * force_N;
+    impulse -= kTick_s * force_N;
     work_J -= kTick_s * force_N * 0.1;
   }
-  CHECK_THAT(bodies.push(0, 0).wrench[2], WithinAbs(impulse_N_s, 1e-9));
+  CHECK_THAT(bodies.push(0, 0).wrench[2], WithinAbs(impulse, 1e-9));
   CHECK_THAT(bodies.push(0, 0).work_J, WithinAbs(work_J, 1e-9));
 }
 
