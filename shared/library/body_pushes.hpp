@@ -46,8 +46,8 @@ class BodyPushes {
   }
   [[nodiscard]] double work_J(std::size_t hand) const noexcept { return work_J_[hand]; }
 
-  /// Returns the given bodies that are within reach of a tool at a tick, as a snapshot carries
-  /// them: those nearest, each with all its spheres there, or not at all. Good until the next call.
+  /// Returns the state of the given bodies within a margin of the tools at a tick. The nearest come
+  /// first. A body has all its spheres there, or it is left out. Valid until the next call.
   [[nodiscard]] std::span<const std::byte> state_at(std::uint64_t tick,
                                                     publication::MovingRecords& moving,
                                                     std::span<const local::GivenBody> given,

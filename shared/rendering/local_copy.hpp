@@ -14,9 +14,8 @@
 
 namespace stillgrid::rendering {
 
-/// A scene's local copy: of a scene of our engine whole, with its spheres and fields as a slot
-/// would have them; of a publisher's the bodies near the tools, which take the place of the
-/// snapshot's.
+/// A scene's local copy. A scene of our engine is copied whole, with its spheres and fields as a
+/// slot has them. A publisher's scene has the bodies near the tools here.
 ///
 /// Thread: that of the haptic loop, once it is constructed.
 class LocalCopy {
