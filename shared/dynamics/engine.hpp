@@ -190,6 +190,8 @@ class Engine {
   std::vector<std::uint8_t> appeared_;         // in this tick, as driven_
   std::vector<DrivenReaction> reactions_;      // one for each of driven_
   mutable ContactListing::Saved saved_;        // scratch of save() and load()
+  SceneState loaded_;                          // scratch of load()
+  Sleep::Saved loaded_sleep_;                  // likewise
   std::vector<float> ways_m_;                  // spheres in a tick, as ContactListing::order()
   double smallest_length_m_ = 0.0;
   int substeps_ = 1;      // last tick

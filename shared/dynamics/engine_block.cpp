@@ -1,6 +1,7 @@
 // The whole state of an engine as one block of bytes.
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "shared/dynamics/byte_block.hpp"
 #include "shared/dynamics/engine.hpp"
@@ -67,14 +68,14 @@ void Engine::load(std::span<const std::byte> block) {
     throw std::invalid_argument("the block is not of this version of the engine");
   if (reader.number<std::uint64_t>() != fingerprint_)
     throw std::invalid_argument("the block is of another scene");
-  SceneState state;
+  SceneState& state = loaded_;
   state.tick = reader.number<std::uint64_t>();
   state.contacts = {rate(reader), rate(reader)};
   const bool is_stale = reader.number<std::uint64_t>() != 0;
   each_array(
       state, [&](auto& values) { read_as_many(reader, values, description_.nodes.size()); },
       [&](auto& values) { read_as_many(reader, values, description_.rigid_bodies.size()); });
-  Sleep::Saved sleep;
+  Sleep::Saved& sleep = loaded_sleep_;
   read_as_many(reader, sleep.rested_s, description_.bodies.size());
   read_as_many(reader, sleep.island, description_.bodies.size());
   reader.read(saved_.base);
@@ -92,7 +93,7 @@ void Engine::load(std::span<const std::byte> block) {
   adopt_sleep();
   listing_.load(saved_);
   if (!is_stale) adopt_listing();
-  state_ = std::move(state);
+  std::swap(state_, loaded_);
   is_stale_ = is_stale;
 }
 
