@@ -21,6 +21,10 @@ class ToolWriter {
              std::uint64_t start_ns)
       : ToolWriter(SessionLock(session, proto::SegmentKind::kTool), period_ns, clock, start_ns) {}
 
+  /// Adds a tick to the path. Ignores one whose number is not above the newest one's. publish()
+  /// adds that of its state: only ticks before it need this. Realtime: wait-free.
+  void add_to_path(const proto::PathSample& sample) noexcept;
+
   /// Publishes the state, and before it the path's sample of its path_number, unless that number is
   /// not above the newest one's. Realtime: wait-free.
   void publish(const proto::ToolState& state) noexcept;
@@ -29,8 +33,6 @@ class ToolWriter {
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
 
  private:
-  void add_to_path(const proto::ToolState& state) noexcept;
-
   SegmentWriter segment_;
   std::uint64_t count_ = 0;
   std::uint64_t newest_ = proto::kNever;  // number on the path

@@ -78,7 +78,8 @@ double_buffer::ReadStatus look(publication::SnapshotReader& reader,
     snapshot.fields.resize(moving.field_count);
     for (std::uint32_t i = 0; i < moving.field_count; ++i)
       snapshot.fields[i] = collision::load_field(moving, i + 1);
-    if (detail == SnapshotDetail::kSpheres) return;
+    if (detail == SnapshotDetail::kState) view.copy_state(moving.words, latest, snapshot.state);
+    if (detail != SnapshotDetail::kGrid) return;
     copy_bounds(moving, snapshot.swept_bounds);
     snapshot.occupancy = occupancy_of(moving);
   };

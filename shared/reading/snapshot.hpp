@@ -35,10 +35,11 @@ struct SceneSnapshot {
   std::vector<proto::FieldRecord> fields;  // of the bodies with fields that move, in their order
   std::vector<LevelBound> swept_bounds;    // of all spheres, in the order of the levels
   GridOccupancy occupancy;
+  std::vector<std::byte> state;  // from which another process continues; empty: it has none
 };
 
 /// What a look copies beside the spheres and the fields' places.
-enum class SnapshotDetail { kSpheres, kGrid };
+enum class SnapshotDetail { kSpheres, kGrid, kState };
 
 /// One look at the latest snapshot, with its first `max_spheres` spheres. Unless accepted,
 /// `snapshot` holds anything. Realtime: yes of kSpheres, where its vectors have the room.

@@ -65,15 +65,15 @@ std::uint64_t send_samples(const scene_relay::Participant& participant,
   const auto topic = [&](const char* name) {
     return scene_relay::topic_of(arguments.session, name);
   };
-  Overheard<scene_relay::Status> hand(participant, stillgrid_relay1_Status_desc, topic("hand"),
+  Overheard<scene_relay::Status> hand(participant, stillgrid_relay2_Status_desc, topic("hand"),
                                       Delivery::kBestEffort);
-  Overheard<scene_relay::Status> simulation(participant, stillgrid_relay1_Status_desc,
+  Overheard<scene_relay::Status> simulation(participant, stillgrid_relay2_Status_desc,
                                             topic("simulation"), Delivery::kBestEffort);
-  Overheard<scene_relay::ToolMessage> tool(participant, stillgrid_relay1_Tool_desc, topic("tool"),
+  Overheard<scene_relay::ToolMessage> tool(participant, stillgrid_relay2_Tool_desc, topic("tool"),
                                            Delivery::kBestEffort);
-  Overheard<scene_relay::SceneMessage> scene(participant, stillgrid_relay1_Scene_desc,
+  Overheard<scene_relay::SceneMessage> scene(participant, stillgrid_relay2_Scene_desc,
                                              topic("scene"), Delivery::kLasting);
-  Overheard<scene_relay::SnapshotMessage> snapshot(participant, stillgrid_relay1_Snapshot_desc,
+  Overheard<scene_relay::SnapshotMessage> snapshot(participant, stillgrid_relay2_Snapshot_desc,
                                                    topic("snapshot"), Delivery::kNewest);
   HostileSamples samples(arguments.seed);
   const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(arguments.seconds);

@@ -6,12 +6,12 @@
 
 #include "shared/publication/relay_figures.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/tools/scene_relay/arrays.hpp"
 #include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/shown_scene.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
+#include "shared/tools/scene_relay/told_tool.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -24,11 +24,12 @@ class HandSide {
         stop_(stop),
         lock_(std::in_place, options.session, proto::SegmentKind::kScene),
         link_(options, Role::kHand, report),
-        tools_(link_.participant().writer(stillgrid_relay1_Tool_desc, link_.topic("tool"),
+        tool_(link_.relay_id()),
+        tools_(link_.participant().writer(stillgrid_relay2_Tool_desc, link_.topic("tool"),
                                           Delivery::kBestEffort)),
-        scenes_(link_.participant().reader(stillgrid_relay1_Scene_desc, link_.topic("scene"),
+        scenes_(link_.participant().reader(stillgrid_relay2_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting, false)),
-        snapshots_(link_.participant().reader(stillgrid_relay1_Snapshot_desc,
+        snapshots_(link_.participant().reader(stillgrid_relay2_Snapshot_desc,
                                               link_.topic("snapshot"), Delivery::kNewest)) {
     if (options.deadband) deadband_.emplace(DeadbandLimits{.velocity_share = *options.deadband});
   }
@@ -166,31 +167,17 @@ class HandSide {
     if (deadband_ && epoch != tool_epoch_) deadband_->begin_anew();
     tool_epoch_ = epoch;
     tool_tick_ = state->tick;
-    if (deadband_ && !deadband_->must_send(*state)) {
+    // Along a path with gaps the local copy would come to other states than the simulation.
+    const bool has_path = scene_->has_model();
+    if (!has_path && deadband_ && !deadband_->must_send(*state)) {
       ++report_.withheld;
       return;
     }
-    ToolMessage message{};
-    message.relay_id = link_.relay_id();
-    message.number = ++tool_number_;
-    message.segment_epoch = epoch;
-    message.period_ns = scene_->hand().tool().acquire()->header().period_ns;
-    message.time_ns = state->time_ns;
-    message.tick = state->tick;
-    copy(state->position_m, message.position_m);
-    copy(state->orientation_xyzw, message.orientation_xyzw);
-    copy(state->velocity_m_s, message.velocity_m_s);
-    copy(state->force_N, message.force_N);
-    message.buttons = state->buttons;
-    message.is_led_on = deadband_.has_value();
-    if (publication::has_sound_figures(*state)) {
-      copy(state->before.torque_N_m, message.torque_N_m);
-      message.contacts = state->before.contacts;
-      message.flags = state->before.flags;
-    }
+    ToolMessage message = tool_.tell(*scene_->hand().tool().acquire(), *state, has_path);
+    message.is_led_on = !has_path && deadband_.has_value();
     if (dds_write(tools_, &message) != DDS_RETCODE_OK) return;
     ++report_.sent;
-    report_.sent_bytes += sizeof message;
+    report_.sent_bytes += message_bytes(message);
   }
 
   const RelayOptions& options_;
@@ -198,13 +185,14 @@ class HandSide {
   const std::atomic<bool>& stop_;
   std::optional<publication::SessionLock> lock_;  // until a scene has it
   RelayLink link_;
+  ToldTool tool_;
   SnapshotDecoder decoder_;
   ToldSnapshot snapshot_, due_;
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
   std::optional<Deadband> deadband_;
   std::uint64_t snapshot_id_ = 0, state_ns_ = 0, shown_ns_ = 0, received_ = 0, tool_epoch_ = 0,
-                tool_tick_ = 0, tool_number_ = 0;
+                tool_tick_ = 0;
   // Of the last snapshot that was shown, on the simulation's clock, and its relay; 0: none was.
   std::uint64_t newest_ns_ = 0, newest_of_ = 0;
   std::uint64_t denials_ = 0;  // statuses one after the other that know of no such scene

@@ -147,7 +147,8 @@ int program_main(int argc, char** argv) {
       "Tell every snapshot whole, to compare");
   hand->add_option("--deadband", arguments[1].options.deadband,
                    "Keep back samples of the tool that are led on within this share of its "
-                   "velocity; 0.07 is not noticed; default: every tick is sent")
+                   "velocity; 0.07 is not noticed; default, and of a scene that is stepped "
+                   "here: every tick is sent")
       ->check(command_line::number_in(0.001, 1.0));
   simulation
       ->add_option("--rate", arguments[0].options.rate_hz,

@@ -57,7 +57,7 @@ inline constexpr std::uint64_t kLook_ns = 500'000;
 /// A snapshot that took longer, and a tool that was silent for longer, is not shown.
 inline constexpr std::uint64_t kLongestWay_ns = 250'000'000;
 
-/// Topic NAME of a session: "stillgrid/1/SESSION/NAME". What is no letter and no digit of SESSION
+/// Topic NAME of a session: "stillgrid/2/SESSION/NAME". What is no letter and no digit of SESSION
 /// is _ and its two hexadecimal digits there, for topics bear fewer characters.
 [[nodiscard]] std::string topic_of(const std::string& session, const char* name);
 /// That on which relays of all protocols greet.

@@ -3,9 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cstring>
+#include <span>
 #include <utility>
 
 #include "shared/collision/field_history.hpp"
@@ -35,15 +33,6 @@ publication::SessionSpec spec_of(const std::string& session, const SceneMessage&
           .report = [](const std::string& line) { spdlog::warn(line); }};
 }
 
-proto::TurningBody turning_of(const stillgrid_relay1_Turning& told) {
-  proto::TurningBody body{};
-  body.body = told.body;
-  body.centre_m = std::to_array(told.centre_m);
-  body.velocity_m_s = std::to_array(told.velocity_m_s);
-  std::memcpy(body.turns.data(), told.turns, sizeof told.turns);
-  return body;
-}
-
 }  // namespace
 
 ShownScene::ShownScene(const std::string& session, publication::SessionLock lock,
@@ -62,7 +51,8 @@ ShownScene::ShownScene(const std::string& session, publication::SessionLock lock
               .material_count = message.materials._length,
               .moving_fields = static_cast<std::uint32_t>(
                   std::count_if(fixed.fields.begin(), fixed.fields.end(),
-                                [](const auto& field) { return field.body.moving != 0; }))},
+                                [](const auto& field) { return field.body.moving != 0; })),
+              .state_capacity = message.state_capacity},
       moving_(message.moving_capacity),
       fields_(limits_.moving_fields),
       hand_(session, std::move(lock), fixed,
@@ -70,7 +60,7 @@ ShownScene::ShownScene(const std::string& session, publication::SessionLock lock
   hand_.tool().start();
 }
 
-void ShownScene::place_spheres(const ToldSnapshot& snapshot, double period_s) {
+void ShownScene::place_spheres(const ToldSnapshot& snapshot) {
   const std::size_t count = snapshot.motions.size();
   radii_m_.resize(count);
   materials_.resize(count);
@@ -91,44 +81,28 @@ void ShownScene::place_spheres(const ToldSnapshot& snapshot, double period_s) {
   shapes.materials = materials_.data();
   shapes.bodies = bodies_.data();
   moving_.declare(shapes);
-  moving_.place(positions_m_.data(), velocities_m_s_.data(), period_s);
-  for (std::size_t i = 0; i < count; ++i)
-    moving_.predict(i, std::to_array(snapshot.motions[i].predicted_velocity_m_s),
-                    snapshot.labels[i].response);
-  moving_.cover_predictions(period_s);
+  moving_.place(positions_m_.data(), velocities_m_s_.data(), period_s_);
 }
 
 void ShownScene::place_fields(const ToldSnapshot& snapshot) {
   const bool is_first = hand_.writer().snapshot_id() == 0;
   for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const FieldMotion& told = snapshot.fields[i];
-    proto::FieldRecord& record = fields_[i];
+    const proto::FieldState state = state_of(snapshot.fields[i]);
     if (is_first)
-      collision::fill_history(record, state_of(told.state));
+      collision::fill_history(fields_[i], state);
     else
-      collision::push_snapshot(record, state_of(told.state));
-    record.predicted_velocity_m_s = std::to_array(told.predicted_velocity_m_s);
-    record.predicted_angular_velocity_rad_s = std::to_array(told.predicted_angular_velocity_rad_s);
-    record.response = told.response;
+      collision::push_snapshot(fields_[i], state);
   }
 }
 
 void ShownScene::show(const ToldSnapshot& snapshot, const publication::SnapshotTimes& times) {
   hand_.writer().segment().require_whole();
-  const double prediction_s = 1e-9 * static_cast<double>(snapshot.prediction_ns);
-  place_spheres(snapshot, std::max(period_s_, prediction_s));
+  place_spheres(snapshot);
   place_fields(snapshot);
-  std::array<proto::ResponseMode, proto::kMaxModes> modes{};
-  std::array<proto::TurningBody, proto::kMaxTurningBodies> turning{};
-  std::transform(snapshot.modes.begin(), snapshot.modes.end(), modes.begin(),
-                 [](const auto& told) { return std::bit_cast<proto::ResponseMode>(told); });
-  std::transform(snapshot.turning.begin(), snapshot.turning.end(), turning.begin(), turning_of);
-  hand_.writer().publish(moving_.grid(), times,
-                         {.period_ns = snapshot.prediction_ns,
-                          .modes = {modes.data(), snapshot.modes.size()},
-                          .turning = {turning.data(), snapshot.turning.size()},
-                          .responses = snapshot.responses},
-                         fields_);
+  hand_.writer().publish(moving_.grid(), times, fields_,
+                         {.bytes = std::as_bytes(std::span(snapshot.state)),
+                          .tick = snapshot.state_tick,
+                          .hash = snapshot.state_hash});
 }
 
 }  // namespace stillgrid::scene_relay

@@ -27,6 +27,8 @@ class ShownScene {
 
   [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }
   [[nodiscard]] const SnapshotLimits& limits() const noexcept { return limits_; }
+  /// Whether it is stepped here too, along the tool's path.
+  [[nodiscard]] bool has_model() const noexcept { return limits_.state_capacity > 0; }
   [[nodiscard]] publication::HandSession& hand() noexcept { return hand_; }
 
   /// Publishes it. times: on this machine's clock. Throws SegmentError where another program has
@@ -37,7 +39,7 @@ class ShownScene {
   ShownScene(const std::string& session, publication::SessionLock lock, const SceneMessage& message,
              const publication::StaticScene& fixed, const std::optional<gid_t>& readers,
              std::uint64_t now_ns, std::uint64_t round_trip_ns);
-  void place_spheres(const ToldSnapshot& snapshot, double period_s);
+  void place_spheres(const ToldSnapshot& snapshot);
   void place_fields(const ToldSnapshot& snapshot);
 
   std::uint64_t epoch_;

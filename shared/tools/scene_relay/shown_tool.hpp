@@ -15,10 +15,18 @@
 namespace stillgrid::scene_relay {
 
 /// The tool of the other machine as this one's: a segment as a haptic_server would write it, for as
-/// long as its samples come. Thread: one.
+/// long as its samples come.
+///
+/// A tick of its path has the hand's number plus a whole number of ticks, which stays while the
+/// segment stands: so both sides number alike, however the two clocks drift. It is chosen so that the
+/// fastest message shows a tick when it comes. Once the clocks have drifted apart by kLongestDrift
+/// ticks another segment begins, with another such number. Thread: one.
 class ShownTool {
  public:
   ShownTool(std::string session, std::optional<gid_t> readers);
+
+  /// In ticks. A simulation waits no longer than 100 for a tool's next tick.
+  static constexpr std::int64_t kLongestDrift = 50;
 
   /// What became of a sample.
   enum class Shown {
@@ -40,6 +48,9 @@ class ShownTool {
   /// The stamp of the sample that has this one here, as the hand knows it, to the bit: a simulation
   /// tells which its state contains. 0 where it is none of the last seconds', or was led on.
   [[nodiscard]] std::uint64_t on_hands_clock(std::uint64_t here_ns) const noexcept;
+  /// Returns the number that the hand's path has for a number of the path here; none before the
+  /// first sample.
+  [[nodiscard]] std::optional<std::uint64_t> hands_number(std::uint64_t number) const noexcept;
 
   /// Null while it is away.
   [[nodiscard]] proto::SegmentHeader* header() noexcept;
@@ -49,7 +60,10 @@ class ShownTool {
   [[nodiscard]] std::uint64_t segments() const noexcept { return segments_; }
 
  private:
-  [[nodiscard]] Shown open(const ToolMessage& message, std::uint64_t now_ns);
+  [[nodiscard]] Shown open(const ToolMessage& message, const ClockOffset& clock,
+                           std::uint64_t now_ns);
+  [[nodiscard]] std::uint64_t number_here(std::uint64_t hands) const noexcept;
+  void add_to_path(const ToolMessage& message) noexcept;
   void lead_on(std::uint64_t now_ns);
 
   struct Stamp {
@@ -62,6 +76,7 @@ class ShownTool {
   std::array<Stamp, 4096> stamps_{};
   std::size_t next_stamp_ = 0;
   std::uint64_t epoch_ = 0, next_epoch_ = 0, segments_ = 0;
+  std::int64_t shift_ = 0;  // number here less the hand's
   std::uint64_t time_ns_ = 0, newest_ns_ = 0;
   std::uint64_t heard_ns_ = 0, led_ns_ = 0, next_try_ns_ = 0;
 };

@@ -15,6 +15,7 @@
 #include "shared/tools/scene_relay/shown_tool.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
+#include "shared/tools/scene_relay/told_tool.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -35,11 +36,11 @@ class SimulationSide {
         encoder_(link_.relay_id(), options.has_deltas),
         follower_(options.session, proto::SegmentKind::kScene),
         tool_(options.session, options.readers),
-        scenes_(link_.participant().writer(stillgrid_relay1_Scene_desc, link_.topic("scene"),
+        scenes_(link_.participant().writer(stillgrid_relay2_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting)),
-        snapshots_(link_.participant().writer(stillgrid_relay1_Snapshot_desc,
+        snapshots_(link_.participant().writer(stillgrid_relay2_Snapshot_desc,
                                               link_.topic("snapshot"), Delivery::kNewest)),
-        tools_(link_.participant().reader(stillgrid_relay1_Tool_desc, link_.topic("tool"),
+        tools_(link_.participant().reader(stillgrid_relay2_Tool_desc, link_.topic("tool"),
                                           Delivery::kBestEffort)) {}
 
   void run(const std::atomic<bool>& stop) {
@@ -100,6 +101,7 @@ class SimulationSide {
   void tell_scene(const publication::SceneView& view, std::uint64_t now_ns) {
     next_scene_ns_ = now_ns + 2'000'000'000;
     const ToldScene scene(view, link_.relay_id(), least_period_ns());
+    has_model_ = scene.message().state_capacity > 0;
     if (dds_write(scenes_, &scene.message()) != DDS_RETCODE_OK)
       spdlog::error("the scene could not be sent");
   }
@@ -137,11 +139,12 @@ class SimulationSide {
                                                                       std::memory_order_relaxed);
     const std::uint64_t before = reader_.snapshot().snapshot_id;
     if (latest == before) return;
-    const auto status =
-        reading::look(reader_, view, kMaxSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
+    const auto status = reading::look(
+        reader_, view, kMaxSpheres,
+        has_model_ ? reading::SnapshotDetail::kState : reading::SnapshotDetail::kSpheres,
+        snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
-    const SnapshotMessage& message = encoder_.encode(
-        told(snapshot_, tool_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
+    const SnapshotMessage& message = encoder_.encode(told_snapshot(), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
     next_snapshot_ns_ = now_ns + least_period_ns();
     sent_ns_ = now_ns;
@@ -151,9 +154,20 @@ class SimulationSide {
     report_.sent_bytes += message_bytes(message);
   }
 
+  /// A simulation that steps along the path has the times of its ticks.
+  [[nodiscard]] ToldSnapshot told_snapshot() const {
+    const proto::SnapshotHeader& header = snapshot_.header;
+    std::uint64_t tool_ns = tool_.on_hands_clock(header.tool_time_ns);
+    if (header.state_bytes > 0 && header.tool_time_ns != 0)
+      tool_ns = tool_.hands_number(header.tool_time_ns / proto::kPathTick_ns).value_or(0) *
+                proto::kPathTick_ns;
+    const auto tick = has_model_ ? tool_.hands_number(header.state_tick) : std::nullopt;
+    return told(snapshot_, tool_ns, tick);
+  }
+
   void take_tool(std::uint64_t now_ns) {
     take_all<ToolMessage>(tools_, [&](const ToolMessage& message) {
-      if (!link_.accept(message.relay_id, message.number, sizeof message, now_ns) ||
+      if (!link_.accept(message.relay_id, message.number, message_bytes(message), now_ns) ||
           !link_.came_in_time(message.time_ns, now_ns) || scene_epoch_ == 0)
         return;
       try {
@@ -192,6 +206,7 @@ class SimulationSide {
   reading::SceneSnapshot snapshot_;
   ShownTool tool_;
   dds_entity_t scenes_, snapshots_, tools_;
+  bool has_model_ = false;  // that is told
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0;
   std::uint64_t next_look_ns_ = 0, next_scene_ns_ = 0, next_snapshot_ns_ = 0;

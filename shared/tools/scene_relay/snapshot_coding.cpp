@@ -57,7 +57,8 @@ void copy_head(const From& from, To& to) {
   to.step_ns = from.step_ns;
   to.contacts = from.contacts;
   to.tool_work_J = from.tool_work_J;
-  to.prediction_ns = from.prediction_ns;
+  to.state_tick = from.state_tick;
+  to.state_hash = from.state_hash;
 }
 
 [[noreturn]] void refuse() {
@@ -75,29 +76,11 @@ void assign(std::vector<Element>& values, const Sequence& sequence) {
   values.assign(told.begin(), told.end());
 }
 
-/// Of the modes that are told.
-bool take_responses(const SnapshotMessage& message, const SnapshotLimits& limits,
-                    ToldSnapshot& snapshot) {
-  const std::size_t modes = snapshot.modes.size();
-  const auto told = elements(message.responses);
-  if (modes > proto::kMaxModes ||
-      message.response_count >
-          publication::response_capacity(limits.moving_capacity, limits.moving_fields) ||
-      told.size() != 3 * modes * message.response_count)
-    return false;
-  snapshot.responses.assign(message.response_count, {});
-  for (std::size_t i = 0; i < snapshot.responses.size(); ++i)
-    for (std::size_t mode = 0; mode < modes; ++mode)
-      std::copy_n(&told[3 * (modes * i + mode)], 3, snapshot.responses[i].modes[mode].begin());
-  return true;
-}
-
 }  // namespace
 
 std::size_t message_bytes(const SnapshotMessage& message) noexcept {
   return 128 + bytes_of(message.moved) + bytes_of(message.motions) + bytes_of(message.relabelled) +
-         bytes_of(message.labels) + bytes_of(message.modes) + bytes_of(message.turning) +
-         bytes_of(message.responses) + bytes_of(message.fields);
+         bytes_of(message.labels) + bytes_of(message.fields) + bytes_of(message.state);
 }
 
 void SnapshotEncoder::tell_whole() {
@@ -108,15 +91,6 @@ void SnapshotEncoder::tell_whole() {
   point_to(message_.motions, snapshot_.motions);
   point_to(message_.labels, snapshot_.labels);
   message_.against_id = 0;
-}
-
-void SnapshotEncoder::tell_responses() {
-  responses_.clear();
-  for (const proto::SphereResponse& response : snapshot_.responses)
-    for (std::size_t mode = 0; mode < snapshot_.modes.size(); ++mode)
-      responses_.insert(responses_.end(), response.modes[mode].begin(), response.modes[mode].end());
-  message_.response_count = static_cast<std::uint32_t>(snapshot_.responses.size());
-  point_to(message_.responses, responses_);
 }
 
 void SnapshotEncoder::tell_against(const ToldSnapshot& keyframe) {
@@ -148,27 +122,30 @@ const SnapshotMessage& SnapshotEncoder::encode(ToldSnapshot snapshot, std::uint6
   message_.scene_epoch = scene_epoch;
   copy_head(snapshot_, message_);
   message_.sphere_count = static_cast<std::uint32_t>(snapshot_.motions.size());
-  point_to(message_.modes, snapshot_.modes);
-  point_to(message_.turning, snapshot_.turning);
-  tell_responses();
   point_to(message_.fields, snapshot_.fields);
+  tell_spheres();
+  point_to(message_.state, snapshot_.state);
+  deltas_ += message_.against_id != 0 ? 1 : 0;
+  return message_;
+}
+
+/// The state does not count here: it is told whole with a delta too.
+void SnapshotEncoder::tell_spheres() {
   tell_whole();
   const std::size_t whole_bytes = message_bytes(message_);
-  if (!has_deltas_ || whole_bytes < kDeltaFrom_bytes) return message_;
+  if (!has_deltas_ || whole_bytes < kDeltaFrom_bytes) return;
   bool is_stale = !held_ || held_->motions.size() != snapshot_.motions.size();
   if (!is_stale) {
     tell_against(*held_);
     is_stale = 2 * message_bytes(message_) > whole_bytes && number_ >= held_number_ + kFreshFor;
   }
-  if (is_stale && !is_awaited()) {
-    tell_whole();
-    message_.is_keyframe = true;
-    sent_ = snapshot_;
-    sent_number_ = number_;
-    ++keyframes_;
-  }
-  deltas_ += message_.against_id != 0 ? 1 : 0;
-  return message_;
+  if (!is_stale || is_awaited()) return;
+  tell_whole();
+  message_.is_keyframe = true;
+  sent_ = snapshot_;
+  sent_->state.clear();
+  sent_number_ = number_;
+  ++keyframes_;
 }
 
 void SnapshotEncoder::acknowledge(std::uint64_t scene_epoch, std::uint64_t keyframe_id) {
@@ -202,11 +179,9 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, const SnapshotLi
       !apply(elements(message.relabelled), elements(message.labels), message.sphere_count,
              snapshot.labels))
     refuse();
-  assign(snapshot.modes, message.modes);
-  if (!take_responses(message, limits, snapshot)) refuse();
   copy_head(message, snapshot);
-  assign(snapshot.turning, message.turning);
   assign(snapshot.fields, message.fields);
+  assign(snapshot.state, message.state);
   check(snapshot, limits);
   if (message.is_keyframe && message.snapshot_id > keyframe_id()) keep(snapshot);
   return Decoded::kSnapshot;
@@ -214,6 +189,7 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, const SnapshotLi
 
 void SnapshotDecoder::keep(const ToldSnapshot& snapshot) {
   keyframes_.push_back(snapshot);
+  keyframes_.back().state.clear();
   // The sender tells deltas to the first until it hears of another.
   if (keyframes_.size() > kKept) keyframes_.erase(keyframes_.begin() + 1);
 }

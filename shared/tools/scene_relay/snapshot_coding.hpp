@@ -14,7 +14,8 @@ namespace stillgrid::scene_relay {
 
 /// Snapshots as messages: whole, or where that is more than kDeltaFrom_bytes as a delta against a
 /// keyframe that the other side has said it holds, so that no loss can make a wrong one. A sphere
-/// is told again if a bit of its motion, or of its label, is another than in the keyframe.
+/// is told again if a bit of its motion, or of its label, is another than in the keyframe. The state
+/// is always told whole.
 ///
 /// Thread: one.
 class SnapshotEncoder {
@@ -41,8 +42,8 @@ class SnapshotEncoder {
  private:
   [[nodiscard]] bool is_awaited() const noexcept;
   void tell_against(const ToldSnapshot& keyframe);
+  void tell_spheres();
   void tell_whole();
-  void tell_responses();
 
   std::uint64_t relay_id_;
   bool has_deltas_;
@@ -51,7 +52,6 @@ class SnapshotEncoder {
   std::vector<std::uint32_t> moved_, relabelled_;  // in a delta
   std::vector<Motion> motions_;
   std::vector<Label> labels_;
-  std::vector<float> responses_;
   SnapshotMessage message_{};
   std::optional<ToldSnapshot> held_, sent_;  // keyframes: acknowledged, not yet
   std::uint64_t held_number_ = 0, sent_number_ = 0;

@@ -33,7 +33,7 @@ std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t fr
   return numbers;
 }
 
-std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay1_DistanceField& told,
+std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay2_DistanceField& told,
                                                          std::uint32_t number) {
   const std::string name = "field " + std::to_string(number) + ": ";
   proto::FieldShape shape{.lowest_m = std::to_array(told.lowest_m),
@@ -122,6 +122,8 @@ proto::SceneHeader head_of(const SceneMessage& message) {
   head.plane_count = message.planes._length;
   head.tool_sphere_count = message.tool._length;
   head.tool_slip_speed_m_s = message.tool_slip_speed_m_s;
+  head.hand_count = message.hands._length;
+  head.hand = message.hand;
   head.device = {std::to_array(message.device_position_m),
                  std::to_array(message.device_orientation_xyzw), message.device_scale};
   std::size_t i = 0;
@@ -130,6 +132,8 @@ proto::SceneHeader head_of(const SceneMessage& message) {
   i = 0;
   for (const auto& p : elements(message.planes))
     head.planes[i++] = {std::to_array(p.normal), p.offset_m, p.material, p.body};
+  i = 0;
+  for (const auto& h : elements(message.hands)) head.hands[i++] = std::to_array(h.name);
   i = 0;
   for (const auto& s : elements(message.tool))
     head.tool[i++] = {std::to_array(s.position_m), s.radius_m};
@@ -158,7 +162,6 @@ ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id,
   message_.scene_epoch = view.header().epoch;
   message_.period_ns = std::max(view.header().period_ns, least_period_ns);
   message_.moving_capacity = scene.moving_capacity;
-  message_.predicts = scene.predicts != 0;
   message_.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   std::copy(scene.name.begin(), scene.name.end(), message_.name);
   copy(scene.device.position_m, message_.device_position_m);
@@ -182,12 +185,15 @@ ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id,
         {{place_m[0], place_m[1], place_m[2]}, record.radius_m, record.material, record.body});
   }
   tell_fields(view);
+  tell_model(view);
   point_to(message_.materials, materials_);
   point_to(message_.planes, planes_);
   point_to(message_.tool, tool_);
   point_to(message_.spheres, spheres_);
   point_to(message_.fields, fields_);
   point_to(message_.field_bodies, bodies_);
+  point_to(message_.hands, hands_);
+  point_to(message_.model, model_);
 }
 
 void ToldScene::tell_fields(const publication::SceneView& view) {
@@ -196,7 +202,7 @@ void ToldScene::tell_fields(const publication::SceneView& view) {
     const publication::SceneField& field = view.fields()[i];
     const proto::FieldState& rest = view.scene().fields[i].rest;  // to the bit as it was written
     const auto known = std::find(offsets.begin(), offsets.end(), field.body.offset);
-    stillgrid_relay1_FieldBody body{};
+    stillgrid_relay2_FieldBody body{};
     body.field = static_cast<std::uint32_t>(known - offsets.begin());
     body.moving = field.body.moving;
     body.material = field.body.material;
@@ -212,7 +218,7 @@ void ToldScene::tell_fields(const publication::SceneView& view) {
                         numbers_of<float>(field.field, at.stiffness, counts.stiffness),
                         numbers_of<float>(field.field, at.fine, counts.fine),
                         numbers_of<std::uint32_t>(field.field, at.numbers, counts.numbers)});
-    stillgrid_relay1_DistanceField& message = fields_.emplace_back();
+    stillgrid_relay2_DistanceField& message = fields_.emplace_back();
     copy(shape.lowest_m, message.lowest_m);
     message.brick_m = shape.brick_m;
     copy(shape.bricks, message.bricks);
@@ -227,11 +233,29 @@ void ToldScene::tell_fields(const publication::SceneView& view) {
   }
 }
 
+void ToldScene::tell_model(const publication::SceneView& view) {
+  const proto::SceneHeader& scene = view.scene();
+  message_.hand = scene.hand;
+  for (std::uint32_t i = 0; i < scene.hand_count; ++i)
+    copy(scene.hands[i], hands_.emplace_back().name);
+  const std::span<const std::byte> model = view.model();
+  const bool is_told = scene.hand_count <= 1 && !model.empty() && model.size() <= kMaxModel_bytes &&
+                       scene.state_capacity <= kMaxModel_bytes;
+  if (!is_told) return;
+  model_.resize(model.size());
+  std::memcpy(model_.data(), model.data(), model.size());
+  message_.state_capacity = scene.state_capacity;
+}
+
 publication::StaticScene scene_of(const SceneMessage& message) {
   require(message.materials._length <= proto::kMaxMaterials &&
               message.planes._length <= proto::kMaxPlanes &&
-              message.tool._length <= proto::kMaxToolSpheres,
-          "more materials, planes or tool spheres than there may be");
+              message.tool._length <= proto::kMaxToolSpheres &&
+              message.hands._length <= proto::kMaxHands,
+          "more materials, planes, tool spheres or hands than there may be");
+  require(message.model._length <= kMaxModel_bytes && message.state_capacity <= kMaxModel_bytes &&
+              (message.model._length == 0) == (message.state_capacity == 0),
+          "the size of its model or of its states");
   require(message.moving_capacity <= kMaxSpheres, "more moving spheres than a relay carries");
   require(message.period_ns >= 10'000 && message.period_ns <= 100'000'000'000,
           "a period that is none from 0.01 ms to 100 s");
@@ -247,7 +271,11 @@ publication::StaticScene scene_of(const SceneMessage& message) {
   scene.fields = fields_of(message);
   scene.device = head.device;
   scene.tool_slip_speed_m_s = message.tool_slip_speed_m_s;
-  scene.predicts = message.predicts;
+  for (const auto& hand : elements(message.hands)) scene.hands.emplace_back(hand.name);
+  scene.hand = message.hand;
+  const auto model = std::as_bytes(elements(message.model));
+  scene.model.assign(model.begin(), model.end());
+  scene.state_capacity = message.state_capacity;
   return scene;
 }
 

@@ -18,7 +18,11 @@ class MessageError : public std::runtime_error {
 /// More moving spheres than a message may ask room for: 300 MB of segment.
 inline constexpr std::uint32_t kMaxSpheres = 1'000'000;
 
-/// What a simulation publishes once, as a message that lives as long as this.
+/// Bytes of a model, and of a state, that a message may have at most.
+inline constexpr std::size_t kMaxModel_bytes = std::size_t{64} << 20U;
+
+/// What a simulation publishes once, as a message that lives as long as this. The model of a session
+/// of several hands is left out: the other side has no path of the other hands' tools.
 class ToldScene {
  public:
   /// least_period_ns: between two snapshots that are sent; the simulation's own may be shorter.
@@ -34,23 +38,27 @@ class ToldScene {
 
  private:
   void tell_fields(const publication::SceneView& view);
+  void tell_model(const publication::SceneView& view);
 
   struct FieldNumbers {
     std::vector<float> coarse, stiffness, fine;
     std::vector<std::uint32_t> numbers;
   };
   SceneMessage message_{};
-  std::vector<stillgrid_relay1_Material> materials_;
-  std::vector<stillgrid_relay1_Plane> planes_;
-  std::vector<stillgrid_relay1_ToolSphere> tool_;
-  std::vector<stillgrid_relay1_StaticSphere> spheres_;
+  std::vector<stillgrid_relay2_Material> materials_;
+  std::vector<stillgrid_relay2_Plane> planes_;
+  std::vector<stillgrid_relay2_ToolSphere> tool_;
+  std::vector<stillgrid_relay2_StaticSphere> spheres_;
   std::vector<FieldNumbers> numbers_;
-  std::vector<stillgrid_relay1_DistanceField> fields_;
-  std::vector<stillgrid_relay1_FieldBody> bodies_;
+  std::vector<stillgrid_relay2_DistanceField> fields_;
+  std::vector<stillgrid_relay2_FieldBody> bodies_;
+  std::vector<stillgrid_relay2_Hand> hands_;
+  std::vector<std::uint8_t> model_;
 };
 
 /// The same to publish on this side. Throws MessageError unless every count, index and number is
-/// sound, of which each reader would refuse the segment too.
+/// sound, of which each reader would refuse the segment too. The bytes of the model are checked by
+/// who decodes them.
 [[nodiscard]] publication::StaticScene scene_of(const SceneMessage& message);
 
 }  // namespace stillgrid::scene_relay

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <optional>
 #include <vector>
 
 #include "shared/publication/scene_segment.hpp"
@@ -17,27 +17,31 @@ struct ToldSnapshot {
   std::uint64_t snapshot_id = 0;
   std::uint64_t state_time_ns = 0, publish_time_ns = 0;  // the simulation's clock
   std::uint64_t tool_time_ns = 0;                        // the hand's, 0: none
-  std::uint64_t step_ns = 0, contacts = 0, prediction_ns = 0;
+  std::uint64_t step_ns = 0, contacts = 0;
   double tool_work_J = 0.0;
   std::vector<Motion> motions;  // by sphere
   std::vector<Label> labels;    // likewise
-  std::vector<stillgrid_relay1_Mode> modes;
-  std::vector<stillgrid_relay1_Turning> turning;
-  std::vector<proto::SphereResponse> responses;  // zero in modes that are not told
-  std::vector<FieldMotion> fields;               // of the bodies with fields that move, in order
+  std::vector<FieldMotion> fields;  // of the bodies with fields that move, in order
+  std::uint64_t state_tick = 0;     // number on the hand's path
+  std::uint64_t state_hash = 0;
+  std::vector<std::uint8_t> state;  // empty: the snapshot has none
 };
 
 /// Of a snapshot that was read whole. tool_time_ns: its tool sample's, on the hand's clock.
-[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns);
+/// state_tick: the moment of its state on the hand's path; without one the state is left out.
+[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns,
+                                std::optional<std::uint64_t> state_tick = std::nullopt);
 
 /// What a snapshot may be of, by the scene that it belongs to.
 struct SnapshotLimits {
   std::uint32_t moving_capacity = 0;
   std::uint32_t material_count = 0;
   std::uint32_t moving_fields = 0;
+  std::uint64_t state_capacity = 0;  // bytes
 };
 
-/// Throws MessageError unless every count, index and number is sound.
+/// Throws MessageError unless every count, index and number is sound. The bytes of a state are
+/// checked by who decodes them.
 void check(const ToldSnapshot& snapshot, const SnapshotLimits& limits);
 
 }  // namespace stillgrid::scene_relay

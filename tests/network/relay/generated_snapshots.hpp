@@ -70,8 +70,8 @@ class KeptMessage {
   std::vector<std::uint32_t> moved_, relabelled_;
   std::vector<Motion> motions_;
   std::vector<Label> labels_;
-  std::vector<stillgrid_relay1_Mode> modes_;
-  std::vector<stillgrid_relay1_Turning> turning_;
+  std::vector<stillgrid_relay2_Mode> modes_;
+  std::vector<stillgrid_relay2_Turning> turning_;
   std::vector<float> responses_;
   std::vector<FieldMotion> fields_;
 };

@@ -36,7 +36,7 @@ auto mutable_elements(Sequence& sequence) {
 }
 
 inline void visit(const NumberVisitor& v, const std::string& name,
-                  stillgrid_relay1_FieldState& state) {
+                  stillgrid_relay2_FieldState& state) {
   v.all(name + ".position_m", state.position_m);
   v.all(name + ".orientation_xyzw", state.orientation_xyzw);
   v.all(name + ".velocity_m_s", state.velocity_m_s);
