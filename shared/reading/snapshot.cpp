@@ -78,6 +78,7 @@ double_buffer::ReadStatus look(publication::SnapshotReader& reader,
     snapshot.fields.resize(moving.field_count);
     for (std::uint32_t i = 0; i < moving.field_count; ++i)
       snapshot.fields[i] = collision::load_field(moving, i + 1);
+    snapshot.state.clear();
     if (detail == SnapshotDetail::kState) view.copy_state(moving.words, latest, snapshot.state);
     if (detail != SnapshotDetail::kGrid) return;
     copy_bounds(moving, snapshot.swept_bounds);

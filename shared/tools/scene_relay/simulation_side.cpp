@@ -144,7 +144,7 @@ class SimulationSide {
         has_model_ ? reading::SnapshotDetail::kState : reading::SnapshotDetail::kSpheres,
         snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
-    const SnapshotMessage& message = encoder_.encode(told_snapshot(), scene_epoch_);
+    const SnapshotMessage& message = encoder_.encode(told(snapshot_, tool_), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
     next_snapshot_ns_ = now_ns + least_period_ns();
     sent_ns_ = now_ns;
@@ -152,17 +152,6 @@ class SimulationSide {
     sent_bytes_ = message_bytes(message);
     ++report_.sent;
     report_.sent_bytes += message_bytes(message);
-  }
-
-  /// A simulation that steps along the path has the times of its ticks.
-  [[nodiscard]] ToldSnapshot told_snapshot() const {
-    const proto::SnapshotHeader& header = snapshot_.header;
-    std::uint64_t tool_ns = tool_.on_hands_clock(header.tool_time_ns);
-    if (header.state_bytes > 0 && header.tool_time_ns != 0)
-      tool_ns = tool_.hands_number(header.tool_time_ns / proto::kPathTick_ns).value_or(0) *
-                proto::kPathTick_ns;
-    const auto tick = has_model_ ? tool_.hands_number(header.state_tick) : std::nullopt;
-    return told(snapshot_, tool_ns, tick);
   }
 
   void take_tool(std::uint64_t now_ns) {

@@ -22,8 +22,7 @@ void check_fields(const ToldSnapshot& snapshot, const SnapshotLimits& limits) {
 
 }  // namespace
 
-ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns,
-                  std::optional<std::uint64_t> state_tick) {
+ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns) {
   const proto::SnapshotHeader& header = snapshot.header;
   ToldSnapshot result{.snapshot_id = snapshot.snapshot_id,
                       .state_time_ns = header.state_time_ns[0],
@@ -44,12 +43,23 @@ ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_tim
   }
   for (const proto::FieldRecord& record : snapshot.fields)
     result.fields.push_back(told(record.history[0]));
-  if (state_tick && !snapshot.state.empty()) {
-    result.state_tick = *state_tick;
-    result.state_hash = header.state_hash;
-    result.state.resize(snapshot.state.size());
-    std::memcpy(result.state.data(), snapshot.state.data(), snapshot.state.size());
-  }
+  return result;
+}
+
+/// A simulation that steps along the path has the times of its ticks.
+ToldSnapshot told(const reading::SceneSnapshot& snapshot, const ShownTool& tool) {
+  const proto::SnapshotHeader& header = snapshot.header;
+  std::uint64_t tool_ns = tool.on_hands_clock(header.tool_time_ns);
+  if (header.state_bytes > 0 && header.tool_time_ns != 0)
+    tool_ns = tool.hands_number(header.tool_time_ns / proto::kPathTick_ns).value_or(0) *
+              proto::kPathTick_ns;
+  ToldSnapshot result = told(snapshot, tool_ns);
+  const auto tick = tool.hands_number(header.state_tick);
+  if (!tick || snapshot.state.empty()) return result;
+  result.state_tick = *tick;
+  result.state_hash = header.state_hash;
+  result.state.resize(snapshot.state.size());
+  std::memcpy(result.state.data(), snapshot.state.data(), snapshot.state.size());
   return result;
 }
 

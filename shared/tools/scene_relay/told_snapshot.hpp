@@ -2,12 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "shared/publication/scene_segment.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/tools/scene_relay/messages.hpp"
+#include "shared/tools/scene_relay/shown_tool.hpp"
 
 namespace stillgrid::scene_relay {
 
@@ -27,10 +27,12 @@ struct ToldSnapshot {
   std::vector<std::uint8_t> state;  // empty: the snapshot has none
 };
 
-/// Of a snapshot that was read whole. tool_time_ns: its tool sample's, on the hand's clock.
-/// state_tick: the moment of its state on the hand's path; without one the state is left out.
-[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns,
-                                std::optional<std::uint64_t> state_tick = std::nullopt);
+/// Of a snapshot that was read whole, its state left out. tool_time_ns: its tool sample's, on the
+/// hand's clock.
+[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns);
+/// The same with its state, by the path and the clock of the hand whose tool is shown here. Before
+/// the tool's first sample the state is left out.
+[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, const ShownTool& tool);
 
 /// What a snapshot may be of, by the scene that it belongs to.
 struct SnapshotLimits {

@@ -32,7 +32,7 @@ GeneratedSnapshots::GeneratedSnapshots(std::uint32_t seed, Going going, std::uin
 
 Motion GeneratedSnapshots::motion() {
   Motion motion{};
-  for (auto* numbers : {motion.position_m, motion.velocity_m_s, motion.predicted_velocity_m_s})
+  for (auto* numbers : {motion.position_m, motion.velocity_m_s})
     for (int axis = 0; axis < 3; ++axis) numbers[axis] = number(-0.7F, 0.9F);
   return motion;
 }
@@ -40,49 +40,27 @@ Motion GeneratedSnapshots::motion() {
 Label GeneratedSnapshots::label() {
   const std::uint32_t material = static_cast<std::uint32_t>(random_() % 3);
   return {number(0.003F, 0.041F), material == 2 ? proto::kFieldPoint : material,
-          static_cast<std::uint32_t>(random_() % 17), 0};
+          static_cast<std::uint32_t>(random_() % 17)};
 }
 
 FieldMotion GeneratedSnapshots::field() {
   FieldMotion field{};
   double norm2 = 0.0;
-  for (float& x : field.state.orientation_xyzw) x = number(-1.0F, 1.1F);
-  for (const float x : field.state.orientation_xyzw) norm2 += double{x} * double{x};
-  for (float& x : field.state.orientation_xyzw) x /= static_cast<float>(std::sqrt(norm2));
+  for (float& x : field.orientation_xyzw) x = number(-1.0F, 1.1F);
+  for (const float x : field.orientation_xyzw) norm2 += double{x} * double{x};
+  for (float& x : field.orientation_xyzw) x /= static_cast<float>(std::sqrt(norm2));
   for (auto* numbers :
-       {field.state.position_m, field.state.velocity_m_s, field.state.angular_velocity_rad_s,
-        field.predicted_velocity_m_s, field.predicted_angular_velocity_rad_s})
+       {field.position_m, field.velocity_m_s, field.angular_velocity_rad_s})
     for (int axis = 0; axis < 3; ++axis) numbers[axis] = number(-0.3F, 0.4F);
   return field;
 }
 
-/// How it gives way to the tool: a few spheres, at times, and a field.
-void GeneratedSnapshots::give_way() {
-  snapshot_.modes.resize(random_() % (proto::kMaxModes + 1));
-  for (auto& mode : snapshot_.modes)
-    mode = {number(0.0F, 1.0F), number(-0.1F, 0.1F), number(-0.2F, 0.1F), number(-0.1F, 0.3F),
-            is_one_of(0.5) ? proto::kOneStep : number(0.0F, 1.0F)};
-  snapshot_.turning.resize(random_() % (proto::kMaxTurningBodies + 1));
-  for (auto& body : snapshot_.turning) {
-    body.body = static_cast<std::uint32_t>(random_() % 17);
-    for (auto* numbers : {body.centre_m, body.velocity_m_s})
-      for (int axis = 0; axis < 3; ++axis) numbers[axis] = number(-0.5F, 0.4F);
-    for (float& turn : body.turns) turn = number(-3.0F, 2.0F);
-  }
-  const std::size_t most = publication::response_capacity(capacity_, snapshot_.fields.size());
-  snapshot_.responses.resize(random_() % (std::min<std::size_t>(most, 11) + 1));
-  for (proto::SphereResponse& response : snapshot_.responses) {
-    response = {};
-    for (std::size_t mode = 0; mode < snapshot_.modes.size(); ++mode)
-      for (float& x : response.modes[mode]) x = number(-0.06F, 0.04F);
-  }
-  const auto count = static_cast<std::uint32_t>(snapshot_.responses.size());
-  for (FieldMotion& field : snapshot_.fields)
-    field.response = count < 2 ? 0 : static_cast<std::uint32_t>(random_() % count);
-  for (Label& label : snapshot_.labels) label.response = std::min(label.response, count);
-  if (snapshot_.labels.empty() || count == 0) return;
-  snapshot_.labels[random_() % snapshot_.labels.size()].response =
-      static_cast<std::uint32_t>(random_() % (count + 1));
+/// The snapshot's state: of any length, and at times none.
+void GeneratedSnapshots::go_on() {
+  snapshot_.state_tick = snapshot_.state_time_ns / 1'000'000;
+  snapshot_.state_hash = (std::uint64_t{random_()} << 32U) + random_();
+  snapshot_.state.resize(is_one_of(0.1) ? 0 : random_() % (kStateCapacity + 1));
+  for (std::uint8_t& byte : snapshot_.state) byte = static_cast<std::uint8_t>(random_());
 }
 
 void GeneratedSnapshots::begin_anew() {
@@ -103,8 +81,8 @@ const ToldSnapshot& GeneratedSnapshots::next() {
   snapshot_.tool_time_ns = is_one_of(0.1) ? 0 : snapshot_.state_time_ns - 4'321'987;
   snapshot_.step_ns = random_() % 9'999'999;
   snapshot_.contacts = random_() % 13;
-  snapshot_.prediction_ns = period_ns_;
   snapshot_.tool_work_J += static_cast<double>(number(-0.01F, 0.02F));
+  go_on();
   if (going_ == Going::kAtRest) return snapshot_;
   const double share = going_ == Going::kAllMove ? 1.0 : 0.05;
   for (Motion& of : snapshot_.motions)
@@ -122,17 +100,15 @@ const ToldSnapshot& GeneratedSnapshots::next() {
     }
   }
   snapshot_.fields[random_() % 2] = field();
-  give_way();
   return snapshot_;
 }
 
 bool are_same(const ToldSnapshot& a, const ToldSnapshot& b) {
   return a.snapshot_id == b.snapshot_id && a.state_time_ns == b.state_time_ns &&
          a.publish_time_ns == b.publish_time_ns && a.tool_time_ns == b.tool_time_ns &&
-         a.step_ns == b.step_ns && a.contacts == b.contacts && a.prediction_ns == b.prediction_ns &&
+         a.step_ns == b.step_ns && a.contacts == b.contacts && a.state_tick == b.state_tick && a.state_hash == b.state_hash &&
          a.tool_work_J == b.tool_work_J && are_same_bits(a.motions, b.motions) &&
-         are_same_bits(a.labels, b.labels) && are_same_bits(a.modes, b.modes) &&
-         are_same_bits(a.turning, b.turning) && are_same_bits(a.responses, b.responses) &&
+         are_same_bits(a.labels, b.labels) && are_same_bits(a.state, b.state) &&
          are_same_bits(a.fields, b.fields);
 }
 
@@ -141,10 +117,8 @@ KeptMessage::KeptMessage(const SnapshotMessage& message) : message_(message) {
   keep(message_.relabelled, relabelled_);
   keep(message_.motions, motions_);
   keep(message_.labels, labels_);
-  keep(message_.modes, modes_);
-  keep(message_.turning, turning_);
-  keep(message_.responses, responses_);
   keep(message_.fields, fields_);
+  keep(message_.state, state_);
 }
 
 }  // namespace stillgrid::scene_relay

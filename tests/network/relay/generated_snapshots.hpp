@@ -23,6 +23,8 @@ inline constexpr Going kGoings[] = {Going::kAtRest, Going::kSomeMove, Going::kAl
 /// Snapshots that a seed decides, of up to so many spheres, with numbers that are sound.
 class GeneratedSnapshots {
  public:
+  static constexpr std::uint32_t kStateCapacity = 300;  // bytes
+
   GeneratedSnapshots(std::uint32_t seed, Going going, std::uint32_t spheres,
                      std::uint64_t period_ns = 33'333'333);
 
@@ -32,7 +34,8 @@ class GeneratedSnapshots {
   void begin_anew();
 
   [[nodiscard]] SnapshotLimits limits() const noexcept {
-    return {.moving_capacity = capacity_, .material_count = 2, .moving_fields = 2};
+    return {.moving_capacity = capacity_, .material_count = 2, .moving_fields = 2,
+            .state_capacity = kStateCapacity};
   }
 
  private:
@@ -43,7 +46,7 @@ class GeneratedSnapshots {
   Motion motion();
   Label label();
   FieldMotion field();
-  void give_way();
+  void go_on();
 
   std::mt19937 random_;
   Going going_;
@@ -70,10 +73,8 @@ class KeptMessage {
   std::vector<std::uint32_t> moved_, relabelled_;
   std::vector<Motion> motions_;
   std::vector<Label> labels_;
-  std::vector<stillgrid_relay2_Mode> modes_;
-  std::vector<stillgrid_relay2_Turning> turning_;
-  std::vector<float> responses_;
   std::vector<FieldMotion> fields_;
+  std::vector<std::uint8_t> state_;
 };
 
 }  // namespace stillgrid::scene_relay

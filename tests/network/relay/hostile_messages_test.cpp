@@ -11,10 +11,16 @@
 namespace stillgrid::scene_relay::hostile_messages_test {
 namespace {
 
+publication::StaticScene of_two_hands(publication::StaticScene scene) {
+  scene.hands = {"left", "right"};
+  scene.hand = 1;
+  return scene;
+}
+
 /// A message of a scene with all that there is, to be spoilt.
 struct HostileScene {
   HostileScene()
-      : writer(session.name(), publication::field_scene(), 31, 33'333'333, proto::Clock::kMonotonic,
+      : writer(session.name(), of_two_hands(publication::field_scene()), 31, 33'333'333, proto::Clock::kMonotonic,
                0),
         told(view_of(session.name()), 0xE),
         message(told.message()) {}
@@ -104,6 +110,13 @@ TEST_CASE("Of a scene's message no count that cannot be is published", "[hostile
     m.fields._buffer[1].numbers._buffer[3] =
         1 + m.fields._buffer[1].fine._length / proto::kBrickCoefficients;
   }));
+  CHECK(is_spoilt_refused([](auto& m) { m.hands._length = proto::kMaxHands + 1; }));
+  CHECK(is_spoilt_refused([](auto& m) { m.hands._length = 0; }));  // it is hand 1
+  CHECK(is_spoilt_refused([](auto& m) { m.hand = m.hands._length; }));
+  CHECK(is_spoilt_refused([](auto& m) { m.hands._buffer[0].name[0] = '/'; }));
+  CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = kMaxModel_bytes + 1; }));
+  CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = ~std::uint64_t{0}; }));
+  CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = 8; }));  // without a model
   CHECK(is_spoilt_refused([](auto& m) { m.period_ns = 0; }));
   CHECK(is_spoilt_refused([](auto& m) { m.period_ns = ~std::uint64_t{0}; }));
   std::mt19937 random(GENERATE(1U, 2U, 3U));
@@ -130,7 +143,7 @@ TEST_CASE("Of a snapshot no number that cannot be is decoded", "[hostile_message
   const SnapshotMessage* told = nullptr;
   do {
     told = &encoder.encode(scene.next(), 1);
-  } while (told->modes._length == 0 || told->turning._length == 0 || told->responses._length < 2);
+  } while (told->state._length == 0);
   KeptMessage kept(*told);
   ToldSnapshot snapshot;
   const auto decode = [&] {
@@ -155,35 +168,16 @@ TEST_CASE("Of a snapshot no count that cannot be is decoded", "[hostile_messages
     });
   };
   CHECK_FALSE(is_spoilt_refused([](ToldSnapshot&) {}));
-  const auto without_responses = [](ToldSnapshot& s) {
-    s.responses.clear();
-    for (Label& label : s.labels) label.response = 0;
-    for (FieldMotion& field : s.fields) field.response = 0;
-  };
-  CHECK_FALSE(is_spoilt_refused(without_responses));
-  CHECK(is_spoilt_refused([&](auto& s) {
-    without_responses(s);
-    s.modes.resize(proto::kMaxModes + 1);
-  }));
-  CHECK(is_spoilt_refused([](auto& s) { s.turning.resize(proto::kMaxTurningBodies + 1); }));
-  CHECK(is_spoilt_refused([](auto& s) { s.responses.resize(23 + 2 * 2 + 1); }));
+  CHECK_FALSE(is_spoilt_refused([](auto& s) { s.state.clear(); }));
+  CHECK_FALSE(is_spoilt_refused([&](auto& s) { s.state.resize(scene.limits().state_capacity); }));
+  CHECK(is_spoilt_refused([&](auto& s) { s.state.resize(scene.limits().state_capacity + 1); }));
   CHECK(is_spoilt_refused([](auto& s) { s.fields.resize(1); }));
   CHECK(is_spoilt_refused([](auto& s) { s.fields.push_back(s.fields[0]); }));
-  CHECK(is_spoilt_refused([](auto& s) { s.prediction_ns = 100'000'000'001; }));
   CHECK(is_spoilt_refused([](auto& s) {
     s.motions.push_back(s.motions[0]);
     s.labels.push_back(s.labels[0]);
   }));
   CHECK(is_spoilt_refused([](auto& s) { s.labels.pop_back(); }));
-  // The last response cannot be a field's: how it turns would stand behind it.
-  CHECK(is_spoilt_refused([](auto& s) {
-    s.responses.resize(3);
-    s.fields[1].response = 3;
-  }));
-  CHECK(is_spoilt_refused([](auto& s) {
-    s.responses.clear();
-    s.labels[7].response = 1;
-  }));
 }
 
 }  // namespace stillgrid::scene_relay::hostile_messages_test

@@ -85,6 +85,7 @@ inline void visit(const NumberVisitor& v, SceneMessage& message) {
     v.index("field's material", b.material);
     if (b.moving == 0) visit(v, "rest", b.rest);
   }
+  v.index("hand", message.hand);
 }
 
 inline void visit(const NumberVisitor& v, SnapshotMessage& message) {
@@ -92,32 +93,12 @@ inline void visit(const NumberVisitor& v, SnapshotMessage& message) {
   for (auto& m : mutable_elements(message.motions)) {
     v.all("position_m", m.position_m);
     v.all("velocity_m_s", m.velocity_m_s);
-    v.all("predicted_velocity_m_s", m.predicted_velocity_m_s);
   }
   for (auto& l : mutable_elements(message.labels)) {
     v.real32("radius_m", l.radius_m);
     v.index("material", l.material);
-    v.index("response", l.response);
   }
-  for (auto& m : mutable_elements(message.modes)) {
-    v.real32("inertia_share", m.inertia_share);
-    v.real32("push", m.push);
-    v.real32("displacement", m.displacement);
-    v.real32("at_velocity", m.at_velocity);
-    v.real32("damping_share", m.damping_share);
-  }
-  for (auto& t : mutable_elements(message.turning)) {
-    v.all("centre_m", t.centre_m);
-    v.all("velocity_m_s", t.velocity_m_s);
-    v.all("turns", t.turns);
-  }
-  for (float& x : mutable_elements(message.responses)) v.real32("response", x);
-  for (auto& f : mutable_elements(message.fields)) {
-    visit(v, "field", f.state);
-    v.all("field's predicted_velocity_m_s", f.predicted_velocity_m_s);
-    v.all("field's predicted_angular_velocity_rad_s", f.predicted_angular_velocity_rad_s);
-    v.index("field's response", f.response);
-  }
+  for (auto& f : mutable_elements(message.fields)) visit(v, "field", f);
 }
 
 }  // namespace stillgrid::scene_relay

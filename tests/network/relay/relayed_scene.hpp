@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
@@ -19,6 +20,19 @@ inline publication::SceneView view_of(const std::string& session) {
                                                  proto::kSceneLayoutHash);
   if (!reader) throw publication::SegmentError("no segment of " + session);
   return publication::SceneView(std::move(*reader));
+}
+
+/// Where the first byte differs of what two writers wrote once; the size where none does. But for
+/// the device's turn, which each reader makes a unit.
+inline std::size_t first_difference(const publication::SceneView& a, const publication::SceneView& b) {
+  if (a.reader().fixed_bytes() != b.reader().fixed_bytes()) return 0;
+  const std::size_t turn =
+      sizeof(proto::SegmentHeader) + offsetof(proto::SceneHeader, device.orientation_xyzw);
+  for (std::size_t i = sizeof(proto::SegmentHeader); i < a.reader().fixed_bytes(); ++i) {
+    const bool is_turn = i >= turn && i < turn + sizeof(proto::DeviceFrame::orientation_xyzw);
+    if (!is_turn && a.reader().bytes()[i] != b.reader().bytes()[i]) return i;
+  }
+  return a.reader().fixed_bytes();
 }
 
 /// A scene as it is shown on the hand's machine, in a session of its own.
@@ -44,8 +58,8 @@ struct SeenSnapshot {
   proto::SnapshotHeader header{};
   std::vector<proto::SphereRecord> records;
   std::vector<proto::SweptBound> bounds;  // by sphere
-  std::vector<proto::SphereResponse> responses;
   std::vector<proto::FieldRecord> fields;
+  std::vector<std::byte> state;
 };
 
 inline SeenSnapshot seen(const publication::SceneView& view) {
@@ -60,8 +74,7 @@ inline SeenSnapshot seen(const publication::SceneView& view) {
       result.records.push_back(collision::load_record(grid, i));
       result.bounds.at(collision::load_number(grid, i)) = collision::load_bound(grid, i);
     }
-    for (std::uint32_t i = 0; i < grid.response_count; ++i)
-      result.responses.push_back(collision::load_response(grid, i));
+    view.copy_state(grid.words, header, result.state);
     for (std::uint32_t i = 0; i < grid.field_count; ++i)
       result.fields.push_back(collision::load_field(grid, i + 1));
   });
