@@ -17,7 +17,7 @@ namespace stillgrid::laboratory {
                                          const publication::SnapshotTimes& times);
 
 /// A scene published again on the hand's side of a network, in a session of its own: its history is
-/// that of the snapshots that came. Thread: one.
+/// that of the snapshots that came. It has no model: `linear` shows it. Thread: one.
 class RemoteScene {
  public:
   /// period_s: of snapshots, by which the hand's safety chain knows that one is overdue. Throws

@@ -23,7 +23,7 @@ constexpr const char* kDescription =
 struct Arguments {
   std::string session, interface;
   double seconds = 1.0;
-  std::uint64_t seed = 1, protocol = 2, role = 1;
+  std::uint64_t seed = 1, protocol = 3, role = 1;
   bool steals = false;
 };
 
@@ -126,7 +126,7 @@ int program_main(int argc, char** argv) {
         ->check(command_line::number_in(0.1, 1e4));
     command->add_option("--seed", arguments.seed, "Of all that is drawn, and its relay_id");
   }
-  greeting->add_option("--protocol", arguments.protocol, "That it speaks; default 2");
+  greeting->add_option("--protocol", arguments.protocol, "That it speaks; default 3");
   greeting->add_option("--role", arguments.role, "1: beside the simulation, 2: beside the hand");
   samples->add_flag("--steal", arguments.steals, "In the names of the relays that it hears");
   return command_line::run_program(app, argc, argv, [&] {

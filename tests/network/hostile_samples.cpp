@@ -51,13 +51,19 @@ void HostileSamples::scribble(Plain& plain) {
 }
 
 template <class Sequence, class Element>
-void HostileSamples::change(Sequence& sequence, std::vector<Element>& own) {
+void HostileSamples::change(Sequence& sequence, std::vector<Element>& own, std::size_t most) {
   const auto told = elements(sequence);
   own.assign(told.begin(), told.end());
-  if (happens(0.1)) own.resize(random_() % 300);
-  for (Element& element : own)
-    if (happens(0.05)) scribble(element);
+  if (happens(0.1)) own.resize(random_() % (most + 1));
+  if constexpr (sizeof(Element) >= 4)
+    for (Element& element : own)
+      if (happens(0.05)) scribble(element);
   point_to(sequence, own);
+}
+
+void HostileSamples::change_bytes(std::vector<std::uint8_t>& bytes) {
+  for (std::uint8_t& byte : bytes)
+    if (happens(0.001)) byte = static_cast<std::uint8_t>(random_());
 }
 
 scene_relay::Status HostileSamples::changed(scene_relay::Status status) {
@@ -68,16 +74,23 @@ scene_relay::Status HostileSamples::changed(scene_relay::Status status) {
   return status;
 }
 
-scene_relay::ToolMessage HostileSamples::changed(scene_relay::ToolMessage tool) {
-  const std::uint64_t relay_id = tool.relay_id;
-  for (std::uint64_t* word :
-       {&tool.number, &tool.segment_epoch, &tool.period_ns, &tool.time_ns, &tool.tick})
+const scene_relay::ToolMessage& HostileSamples::changed(const scene_relay::ToolMessage& tool) {
+  tool_ = tool;
+  for (std::uint64_t* word : {&tool_.number, &tool_.segment_epoch, &tool_.period_ns,
+                              &tool_.time_ns, &tool_.tick, &tool_.path_number})
     if (happens(0.2)) *word = odd(*word);
-  if (happens(0.5)) scribble(tool);
-  if (happens(0.2)) tool.position_m[random_() % 3] = 4.0 * uniform_(random_) - 2.0;
-  tool.relay_id = relay_id;
-  tool.is_led_on = happens(0.1);  // whatever was scribbled there is no truth value
-  return tool;
+  if (happens(0.2)) scribble(tool_.position_m);
+  if (happens(0.2)) scribble(tool_.orientation_xyzw);
+  if (happens(0.2)) scribble(tool_.velocity_m_s);
+  if (happens(0.2)) scribble(tool_.force_N);
+  if (happens(0.2)) scribble(tool_.torque_N_m);
+  if (happens(0.2)) scribble(tool_.flags);
+  if (happens(0.2)) tool_.position_m[random_() % 3] = 4.0 * uniform_(random_) - 2.0;
+  tool_.is_led_on = happens(0.1);
+  change(tool_.path, path_, 64);
+  for (scene_relay::PathSample& sample : path_)
+    if (happens(0.02)) sample.number = odd(sample.number);
+  return tool_;
 }
 
 const scene_relay::SceneMessage& HostileSamples::changed(const scene_relay::SceneMessage& scene) {
@@ -93,6 +106,10 @@ const scene_relay::SceneMessage& HostileSamples::changed(const scene_relay::Scen
   change(scene_.tool, tool_);
   change(scene_.spheres, spheres_);
   change(scene_.field_bodies, bodies_);
+  change(scene_.model, model_);
+  change_bytes(model_);
+  if (happens(0.2)) scene_.state_capacity = odd(scene.state_capacity);
+  if (happens(0.2)) scene_.hand = static_cast<std::uint32_t>(random_() % 5);
   return scene_;
 }
 
@@ -102,19 +119,17 @@ const scene_relay::SnapshotMessage& HostileSamples::changed(
   for (std::uint64_t* word :
        {&snapshot_.number, &snapshot_.scene_epoch, &snapshot_.snapshot_id, &snapshot_.against_id,
         &snapshot_.state_time_ns, &snapshot_.publish_time_ns, &snapshot_.tool_time_ns,
-        &snapshot_.step_ns, &snapshot_.contacts, &snapshot_.prediction_ns})
+        &snapshot_.step_ns, &snapshot_.contacts, &snapshot_.state_tick, &snapshot_.state_hash})
     if (happens(0.1)) *word = odd(*word);
   if (happens(0.2)) scribble(snapshot_.tool_work_J);
   if (happens(0.1)) snapshot_.sphere_count = static_cast<std::uint32_t>(random_());
-  if (happens(0.1)) snapshot_.response_count = static_cast<std::uint32_t>(random_() % 1000);
   change(snapshot_.moved, moved_);
   change(snapshot_.motions, motions_);
   change(snapshot_.relabelled, relabelled_);
   change(snapshot_.labels, labels_);
-  change(snapshot_.modes, modes_);
-  change(snapshot_.turning, turning_);
-  change(snapshot_.responses, responses_);
   change(snapshot_.fields, fields_);
+  change(snapshot_.state, state_);
+  change_bytes(state_);
   return snapshot_;
 }
 

@@ -17,7 +17,7 @@ class HostileSamples {
   explicit HostileSamples(std::uint64_t seed) : random_(seed) {}
 
   [[nodiscard]] scene_relay::Status changed(scene_relay::Status status);
-  [[nodiscard]] scene_relay::ToolMessage changed(scene_relay::ToolMessage tool);
+  [[nodiscard]] const scene_relay::ToolMessage& changed(const scene_relay::ToolMessage& tool);
   [[nodiscard]] const scene_relay::SceneMessage& changed(const scene_relay::SceneMessage& scene);
   [[nodiscard]] const scene_relay::SnapshotMessage& changed(
       const scene_relay::SnapshotMessage& snapshot);
@@ -29,12 +29,14 @@ class HostileSamples {
   /// Random bits in a few of its words. Pre: it holds no pointer.
   template <class Plain>
   void scribble(Plain& plain);
-  /// The elements, some of them scribbled upon, or more or fewer of them.
+  /// The elements, some of them scribbled upon, or more or fewer of them, up to `most`.
   template <class Sequence, class Element>
-  void change(Sequence& sequence, std::vector<Element>& own);
+  void change(Sequence& sequence, std::vector<Element>& own, std::size_t most = 300);
+  void change_bytes(std::vector<std::uint8_t>& bytes);
 
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> uniform_{0.0, 1.0};
+  scene_relay::ToolMessage tool_{};
   scene_relay::SceneMessage scene_{};
   scene_relay::SnapshotMessage snapshot_{};
   std::vector<stillgrid_relay2_Material> materials_;
@@ -45,10 +47,9 @@ class HostileSamples {
   std::vector<std::uint32_t> moved_, relabelled_;
   std::vector<scene_relay::Motion> motions_;
   std::vector<scene_relay::Label> labels_;
-  std::vector<stillgrid_relay2_Mode> modes_;
-  std::vector<stillgrid_relay2_Turning> turning_;
-  std::vector<float> responses_;
   std::vector<scene_relay::FieldMotion> fields_;
+  std::vector<scene_relay::PathSample> path_;
+  std::vector<std::uint8_t> model_, state_;
 };
 
 }  // namespace stillgrid::network
