@@ -74,7 +74,8 @@ ToolWriter::ToolWriter(SessionLock lock, std::uint64_t period_ns, proto::Clock c
 void ToolWriter::add_to_path(const proto::PathSample& sample) noexcept {
   const std::uint64_t n = sample.number;
   if (n == proto::kNever || (newest_ != proto::kNever && n <= newest_)) return;
-  const auto words = std::bit_cast<std::array<std::uint64_t, sizeof(proto::PathSample) / 8>>(sample);
+  const auto words =
+      std::bit_cast<std::array<std::uint64_t, sizeof(proto::PathSample) / 8>>(sample);
   proto::ToolPath& path = path_in(segment_);
   auto* const target =
       reinterpret_cast<std::uint64_t*>(&path.samples[n % proto::kPathLength]);  // the number first
@@ -88,8 +89,7 @@ void ToolWriter::add_to_path(const proto::PathSample& sample) noexcept {
 }
 
 void ToolWriter::publish(const proto::ToolState& state) noexcept {
-  add_to_path(
-      {state.path_number, state.position_m, state.orientation_xyzw, state.velocity_m_s});
+  add_to_path({state.path_number, state.position_m, state.orientation_xyzw, state.velocity_m_s});
   const auto words = std::bit_cast<std::array<std::uint64_t, sizeof(proto::ToolState) / 8>>(state);
   double_buffer::publish(segment_.buffer(), ++count_, {{0, words}});
   Atomics::store(segment_.header().heartbeat_ns, state.time_ns, std::memory_order_relaxed);

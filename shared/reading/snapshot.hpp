@@ -35,7 +35,7 @@ struct SceneSnapshot {
   std::vector<proto::FieldRecord> fields;  // of the bodies with fields that move, in their order
   std::vector<LevelBound> swept_bounds;    // of all spheres, in the order of the levels
   GridOccupancy occupancy;
-  std::vector<std::byte> state;  // from which another process continues; empty: it has none
+  std::vector<std::byte> state;  // another process continues from it; empty: it was not copied
 };
 
 /// What a look copies beside the spheres and the fields' places.

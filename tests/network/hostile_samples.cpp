@@ -75,22 +75,23 @@ scene_relay::Status HostileSamples::changed(scene_relay::Status status) {
 }
 
 const scene_relay::ToolMessage& HostileSamples::changed(const scene_relay::ToolMessage& tool) {
-  tool_ = tool;
-  for (std::uint64_t* word : {&tool_.number, &tool_.segment_epoch, &tool_.period_ns,
-                              &tool_.time_ns, &tool_.tick, &tool_.path_number})
+  tool_message_ = tool;
+  for (std::uint64_t* word :
+       {&tool_message_.number, &tool_message_.segment_epoch, &tool_message_.period_ns,
+        &tool_message_.time_ns, &tool_message_.tick, &tool_message_.path_number})
     if (happens(0.2)) *word = odd(*word);
-  if (happens(0.2)) scribble(tool_.position_m);
-  if (happens(0.2)) scribble(tool_.orientation_xyzw);
-  if (happens(0.2)) scribble(tool_.velocity_m_s);
-  if (happens(0.2)) scribble(tool_.force_N);
-  if (happens(0.2)) scribble(tool_.torque_N_m);
-  if (happens(0.2)) scribble(tool_.flags);
-  if (happens(0.2)) tool_.position_m[random_() % 3] = 4.0 * uniform_(random_) - 2.0;
-  tool_.is_led_on = happens(0.1);
-  change(tool_.path, path_, 64);
+  if (happens(0.2)) scribble(tool_message_.position_m);
+  if (happens(0.2)) scribble(tool_message_.orientation_xyzw);
+  if (happens(0.2)) scribble(tool_message_.velocity_m_s);
+  if (happens(0.2)) scribble(tool_message_.force_N);
+  if (happens(0.2)) scribble(tool_message_.torque_N_m);
+  if (happens(0.2)) scribble(tool_message_.flags);
+  if (happens(0.2)) tool_message_.position_m[random_() % 3] = 4.0 * uniform_(random_) - 2.0;
+  tool_message_.is_led_on = happens(0.1);
+  change(tool_message_.path, path_, 64);
   for (scene_relay::PathSample& sample : path_)
     if (happens(0.02)) sample.number = odd(sample.number);
-  return tool_;
+  return tool_message_;
 }
 
 const scene_relay::SceneMessage& HostileSamples::changed(const scene_relay::SceneMessage& scene) {

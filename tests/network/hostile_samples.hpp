@@ -36,7 +36,7 @@ class HostileSamples {
 
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> uniform_{0.0, 1.0};
-  scene_relay::ToolMessage tool_{};
+  scene_relay::ToolMessage tool_message_{};
   scene_relay::SceneMessage scene_{};
   scene_relay::SnapshotMessage snapshot_{};
   std::vector<stillgrid_relay2_Material> materials_;

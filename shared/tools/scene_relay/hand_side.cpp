@@ -11,7 +11,7 @@
 #include "shared/tools/scene_relay/shown_scene.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
-#include "shared/tools/scene_relay/told_tool.hpp"
+#include "shared/tools/scene_relay/tool_messages.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -173,7 +173,7 @@ class HandSide {
       ++report_.withheld;
       return;
     }
-    ToolMessage message = tool_.tell(*scene_->hand().tool().acquire(), *state, has_path);
+    ToolMessage message = tool_.encode(*scene_->hand().tool().acquire(), *state, has_path);
     message.is_led_on = !has_path && deadband_.has_value();
     if (dds_write(tools_, &message) != DDS_RETCODE_OK) return;
     ++report_.sent;
@@ -185,7 +185,7 @@ class HandSide {
   const std::atomic<bool>& stop_;
   std::optional<publication::SessionLock> lock_;  // until a scene has it
   RelayLink link_;
-  ToldTool tool_;
+  ToolMessages tool_;
   SnapshotDecoder decoder_;
   ToldSnapshot snapshot_, due_;
   dds_entity_t tools_, scenes_, snapshots_;

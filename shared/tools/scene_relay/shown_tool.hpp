@@ -17,10 +17,10 @@ namespace stillgrid::scene_relay {
 /// The tool of the other machine as this one's: a segment as a haptic_server would write it, for as
 /// long as its samples come.
 ///
-/// A tick of its path has the hand's number plus a whole number of ticks, which stays while the
-/// segment stands: so both sides number alike, however the two clocks drift. It is chosen so that the
-/// fastest message shows a tick when it comes. Once the clocks have drifted apart by kLongestDrift
-/// ticks another segment begins, with another such number. Thread: one.
+/// A tick of its path has the hand's number plus a whole number of ticks, the same for all of the
+/// segment. So both sides number alike, however the clocks drift. The tick that comes fastest has
+/// the number of the millisecond in which it comes. Another segment begins once the clocks have
+/// drifted by kLongestDrift ticks. Thread: one.
 class ShownTool {
  public:
   ShownTool(std::string session, std::optional<gid_t> readers);
@@ -48,8 +48,7 @@ class ShownTool {
   /// The stamp of the sample that has this one here, as the hand knows it, to the bit: a simulation
   /// tells which its state contains. 0 where it is none of the last seconds', or was led on.
   [[nodiscard]] std::uint64_t on_hands_clock(std::uint64_t here_ns) const noexcept;
-  /// Returns the number that the hand's path has for a number of the path here; none before the
-  /// first sample.
+  /// Returns the number on the hand's path of a number on the path here, once there is a sample.
   [[nodiscard]] std::optional<std::uint64_t> hands_number(std::uint64_t number) const noexcept;
 
   /// Null while it is away.

@@ -15,7 +15,7 @@
 #include "shared/tools/scene_relay/shown_tool.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
-#include "shared/tools/scene_relay/told_tool.hpp"
+#include "shared/tools/scene_relay/tool_messages.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -144,7 +144,7 @@ class SimulationSide {
         has_model_ ? reading::SnapshotDetail::kState : reading::SnapshotDetail::kSpheres,
         snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
-    const SnapshotMessage& message = encoder_.encode(told(snapshot_, tool_), scene_epoch_);
+    const SnapshotMessage& message = encoder_.encode(with_state(snapshot_, tool_), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
     next_snapshot_ns_ = now_ns + least_period_ns();
     sent_ns_ = now_ns;

@@ -21,8 +21,8 @@ inline constexpr std::uint32_t kMaxSpheres = 1'000'000;
 /// Bytes of a model, and of a state, that a message may have at most.
 inline constexpr std::size_t kMaxModel_bytes = std::size_t{64} << 20U;
 
-/// What a simulation publishes once, as a message that lives as long as this. The model of a session
-/// of several hands is left out: the other side has no path of the other hands' tools.
+/// What a simulation publishes once, as a message that lives as long as this. The model of a
+/// session of several hands is left out: the other side has no path of the other hands' tools.
 class ToldScene {
  public:
   /// least_period_ns: between two snapshots that are sent; the simulation's own may be shorter.

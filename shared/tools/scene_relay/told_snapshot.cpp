@@ -47,7 +47,7 @@ ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_tim
 }
 
 /// A simulation that steps along the path has the times of its ticks.
-ToldSnapshot told(const reading::SceneSnapshot& snapshot, const ShownTool& tool) {
+ToldSnapshot with_state(const reading::SceneSnapshot& snapshot, const ShownTool& tool) {
   const proto::SnapshotHeader& header = snapshot.header;
   std::uint64_t tool_ns = tool.on_hands_clock(header.tool_time_ns);
   if (header.state_bytes > 0 && header.tool_time_ns != 0)

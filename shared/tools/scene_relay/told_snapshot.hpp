@@ -19,20 +19,21 @@ struct ToldSnapshot {
   std::uint64_t tool_time_ns = 0;                        // the hand's, 0: none
   std::uint64_t step_ns = 0, contacts = 0;
   double tool_work_J = 0.0;
-  std::vector<Motion> motions;  // by sphere
-  std::vector<Label> labels;    // likewise
+  std::vector<Motion> motions;      // by sphere
+  std::vector<Label> labels;        // likewise
   std::vector<FieldMotion> fields;  // of the bodies with fields that move, in order
   std::uint64_t state_tick = 0;     // number on the hand's path
   std::uint64_t state_hash = 0;
-  std::vector<std::uint8_t> state;  // empty: the snapshot has none
+  std::vector<std::uint8_t> state;  // empty: there is no state
 };
 
-/// Of a snapshot that was read whole, its state left out. tool_time_ns: its tool sample's, on the
-/// hand's clock.
+/// Returns a snapshot that was read whole, without its state. tool_time_ns: its tool sample's, on
+/// the hand's clock.
 [[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns);
 /// The same with its state, by the path and the clock of the hand whose tool is shown here. Before
 /// the tool's first sample the state is left out.
-[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, const ShownTool& tool);
+[[nodiscard]] ToldSnapshot with_state(const reading::SceneSnapshot& snapshot,
+                                      const ShownTool& tool);
 
 /// What a snapshot may be of, by the scene that it belongs to.
 struct SnapshotLimits {

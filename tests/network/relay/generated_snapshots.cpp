@@ -49,8 +49,7 @@ FieldMotion GeneratedSnapshots::field() {
   for (float& x : field.orientation_xyzw) x = number(-1.0F, 1.1F);
   for (const float x : field.orientation_xyzw) norm2 += double{x} * double{x};
   for (float& x : field.orientation_xyzw) x /= static_cast<float>(std::sqrt(norm2));
-  for (auto* numbers :
-       {field.position_m, field.velocity_m_s, field.angular_velocity_rad_s})
+  for (auto* numbers : {field.position_m, field.velocity_m_s, field.angular_velocity_rad_s})
     for (int axis = 0; axis < 3; ++axis) numbers[axis] = number(-0.3F, 0.4F);
   return field;
 }
@@ -106,10 +105,10 @@ const ToldSnapshot& GeneratedSnapshots::next() {
 bool are_same(const ToldSnapshot& a, const ToldSnapshot& b) {
   return a.snapshot_id == b.snapshot_id && a.state_time_ns == b.state_time_ns &&
          a.publish_time_ns == b.publish_time_ns && a.tool_time_ns == b.tool_time_ns &&
-         a.step_ns == b.step_ns && a.contacts == b.contacts && a.state_tick == b.state_tick && a.state_hash == b.state_hash &&
-         a.tool_work_J == b.tool_work_J && are_same_bits(a.motions, b.motions) &&
-         are_same_bits(a.labels, b.labels) && are_same_bits(a.state, b.state) &&
-         are_same_bits(a.fields, b.fields);
+         a.step_ns == b.step_ns && a.contacts == b.contacts && a.state_tick == b.state_tick &&
+         a.state_hash == b.state_hash && a.tool_work_J == b.tool_work_J &&
+         are_same_bits(a.motions, b.motions) && are_same_bits(a.labels, b.labels) &&
+         are_same_bits(a.state, b.state) && are_same_bits(a.fields, b.fields);
 }
 
 KeptMessage::KeptMessage(const SnapshotMessage& message) : message_(message) {

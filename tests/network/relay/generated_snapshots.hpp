@@ -34,7 +34,9 @@ class GeneratedSnapshots {
   void begin_anew();
 
   [[nodiscard]] SnapshotLimits limits() const noexcept {
-    return {.moving_capacity = capacity_, .material_count = 2, .moving_fields = 2,
+    return {.moving_capacity = capacity_,
+            .material_count = 2,
+            .moving_fields = 2,
             .state_capacity = kStateCapacity};
   }
 

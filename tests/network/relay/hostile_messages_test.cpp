@@ -2,6 +2,7 @@
 #include <limits>
 #include <random>
 
+#include "shared/tools/scene_relay/sequence.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "tests/network/relay/generated_snapshots.hpp"
 #include "tests/network/relay/message_numbers.hpp"
@@ -20,8 +21,8 @@ publication::StaticScene of_two_hands(publication::StaticScene scene) {
 /// A message of a scene with all that there is, to be spoilt.
 struct HostileScene {
   HostileScene()
-      : writer(session.name(), of_two_hands(publication::field_scene()), 31, 33'333'333, proto::Clock::kMonotonic,
-               0),
+      : writer(session.name(), of_two_hands(publication::field_scene()), 31, 33'333'333,
+               proto::Clock::kMonotonic, 0),
         told(view_of(session.name()), 0xE),
         message(told.message()) {}
   publication::TestSession session;
@@ -88,11 +89,10 @@ TEST_CASE("What a moving body's rest says does not come into the segment", "[hos
 }
 
 TEST_CASE("Of a scene's message no count that cannot be is published", "[hostile_messages]") {
-  HostileScene hostile;
   const auto is_spoilt_refused = [&](auto&& spoil) {
-    SceneMessage message = hostile.message;
-    spoil(message);
-    return is_refused([&] { static_cast<void>(scene_of(message)); });
+    HostileScene spoilt;  // its arrays are spoilt too
+    spoil(spoilt.message);
+    return is_refused([&] { static_cast<void>(scene_of(spoilt.message)); });
   };
   CHECK_FALSE(is_spoilt_refused([](SceneMessage&) {}));
   CHECK(is_spoilt_refused([](auto& m) { m.materials._length = proto::kMaxMaterials + 1; }));
@@ -114,11 +114,21 @@ TEST_CASE("Of a scene's message no count that cannot be is published", "[hostile
   CHECK(is_spoilt_refused([](auto& m) { m.hands._length = 0; }));  // it is hand 1
   CHECK(is_spoilt_refused([](auto& m) { m.hand = m.hands._length; }));
   CHECK(is_spoilt_refused([](auto& m) { m.hands._buffer[0].name[0] = '/'; }));
-  CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = kMaxModel_bytes + 1; }));
-  CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = ~std::uint64_t{0}; }));
+  std::vector<std::uint8_t> model(71);
+  const auto with_model = [&](SceneMessage& m, std::uint32_t bytes, std::uint64_t capacity) {
+    point_to(m.model, model);
+    m.model._length = bytes;
+    m.state_capacity = capacity;
+  };
+  CHECK_FALSE(is_spoilt_refused([&](auto& m) { with_model(m, 71, 1); }));
+  CHECK(is_spoilt_refused([&](auto& m) { with_model(m, 71, 0); }));
+  CHECK(is_spoilt_refused([&](auto& m) { with_model(m, 71, kMaxModel_bytes + 1); }));
+  CHECK(is_spoilt_refused([&](auto& m) { with_model(m, 71, ~std::uint64_t{0}); }));
+  CHECK(is_spoilt_refused([&](auto& m) { with_model(m, kMaxModel_bytes + 1, 1); }));
   CHECK(is_spoilt_refused([](auto& m) { m.state_capacity = 8; }));  // without a model
   CHECK(is_spoilt_refused([](auto& m) { m.period_ns = 0; }));
   CHECK(is_spoilt_refused([](auto& m) { m.period_ns = ~std::uint64_t{0}; }));
+  HostileScene hostile;
   std::mt19937 random(GENERATE(1U, 2U, 3U));
   for (auto& field : mutable_elements(hostile.message.fields))
     for (std::uint32_t* length : {&field.coarse._length, &field.numbers._length,

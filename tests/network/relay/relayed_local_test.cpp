@@ -14,7 +14,7 @@ using Felt = std::map<std::uint64_t, FeltTick>;
 
 /// Simulation and hand on one machine, at 1 kHz each: the simulation's own force in each tick.
 Felt beside(std::uint64_t ticks) {
-    const publication::TestSession session;
+  const publication::TestSession session;
   PathSimulation simulation(session.name(), 1);
   PathHand hand(session.name());
   Felt felt;
@@ -128,9 +128,8 @@ TEST_CASE("Clocks that are apart by no whole number of ticks, and drift, change 
           "[relayed_local]") {
   const std::int64_t offset_ns = GENERATE(987'654'321'987, -31'234'567'891, 499'999);
   const double drift = GENERATE(1e-4, -1e-4);
-  RelayedRun run({.link = {.delay = 20, .jitter = 3, .loss = 0.1},
-                  .offset_ns = offset_ns,
-                  .drift = drift});
+  RelayedRun run(
+      {.link = {.delay = 20, .jitter = 3, .loss = 0.1}, .offset_ns = offset_ns, .drift = drift});
   run.go_on(12'000);  // the clocks drift by more than a tick
   const std::uint64_t begin = first_local(run.felt());
   CHECK(begin < kBegin + 400);

@@ -22,9 +22,10 @@ inline publication::SceneView view_of(const std::string& session) {
   return publication::SceneView(std::move(*reader));
 }
 
-/// Where the first byte differs of what two writers wrote once; the size where none does. But for
-/// the device's turn, which each reader makes a unit.
-inline std::size_t first_difference(const publication::SceneView& a, const publication::SceneView& b) {
+/// Returns the first byte by which the fixed parts of two segments differ, or their size. Each
+/// reader normalises the device's orientation, which is left out.
+inline std::size_t first_difference(const publication::SceneView& a,
+                                    const publication::SceneView& b) {
   if (a.reader().fixed_bytes() != b.reader().fixed_bytes()) return 0;
   const std::size_t turn =
       sizeof(proto::SegmentHeader) + offsetof(proto::SceneHeader, device.orientation_xyzw);

@@ -18,7 +18,7 @@
 #include "shared/tools/scene_relay/shown_tool.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
-#include "shared/tools/scene_relay/told_tool.hpp"
+#include "shared/tools/scene_relay/tool_messages.hpp"
 #include "tests/network/relay/generated_snapshots.hpp"
 #include "tests/network/relay/relayed_scene.hpp"
 #include "tests/shared/dynamics/engine_scenes.hpp"
@@ -124,11 +124,10 @@ class PathSimulation {
     records_.place(place_m.data(), velocity_m_s.data(), 0.01);
     std::vector<std::byte> block;
     ticks_.save(block);
-    writer_.publish(records_.grid(),
-                    {.state_ns = number_ * kMs_ns,
-                     .publish_ns = now * kMs_ns,
-                     .tool_ns = number_ * kMs_ns},
-                    {}, {.bytes = block, .tick = number_, .hash = dynamics::hash(state)});
+    writer_.publish(
+        records_.grid(),
+        {.state_ns = number_ * kMs_ns, .publish_ns = now * kMs_ns, .tool_ns = number_ * kMs_ns}, {},
+        {.bytes = block, .tick = number_, .hash = dynamics::hash(state)});
   }
 
   std::string session_;
@@ -141,7 +140,7 @@ class PathSimulation {
   bool has_begun_ = false;
 };
 
-/// What a tick of the hand rendered.
+/// A rendered tick of the hand.
 struct FeltTick {
   rendering::RenderedTick tick;
   std::uint64_t state = 0;  // hash of the local copy's
@@ -198,8 +197,8 @@ class PathHand {
 class KeptTool {
  public:
   explicit KeptTool(const ToolMessage& message) : message_(message) {
-    const auto told = elements(message.path);
-    path_.assign(told.begin(), told.end());
+    const auto path = elements(message.path);
+    path_.assign(path.begin(), path.end());
   }
   [[nodiscard]] const ToolMessage& message() {
     point_to(message_.path, path_);
@@ -211,10 +210,11 @@ class KeptTool {
   std::vector<PathSample> path_;
 };
 
-/// Of a link between two machines.
+/// A link between two machines.
 struct RelayedLink {
-  std::uint64_t delay = 0, jitter = 0;  // ticks: one way takes delay to delay + jitter, in any order
-  double loss = 0.0;                    // of tool samples, and of snapshots
+  std::uint64_t delay = 0,
+                jitter = 0;  // ticks: one way takes delay to delay + jitter, in any order
+  double loss = 0.0;         // share of tool samples, and of snapshots
 };
 
 /// Both relays' parts. Clocks: that of the simulation's machine is the hand's plus offset_ns, and
@@ -245,7 +245,7 @@ class RelayParts {
         hand_, publication::SessionLock(hand_, proto::SegmentKind::kScene), scene_->message(),
         std::nullopt, 1);
     decoder_ = {};
-    told_tool_ = std::make_unique<ToldTool>(++hand_relay_);
+    tool_messages_ = std::make_unique<ToolMessages>(++hand_relay_);
     tool_number_ = 0;
   }
   void cut(bool is_cut) { is_cut_ = is_cut; }
@@ -256,16 +256,17 @@ class RelayParts {
   }
   [[nodiscard]] const ShownTool& tool() const noexcept { return *tool_; }
 
-  /// What comes beside the simulation by this tick of the hand.
+  /// Sends the tool in this tick of the hand, and shows the messages that have arrived.
   void carry_tool(std::uint64_t tick) {
     learn_clock(tick);
-    auto reader = publication::SegmentReader::open(hand_, proto::SegmentKind::kTool,
-                                                   proto::kToolLayoutHash);
+    auto reader =
+        publication::SegmentReader::open(hand_, proto::SegmentKind::kTool, proto::kToolLayoutHash);
     const publication::ToolView view(std::move(*reader));
-    const ToolMessage& message = told_tool_->tell(view, view.read().value(), shown_->has_model());
-    if (!is_lost()) tools_.emplace_back(tick + way(), KeptTool(message));
-    take_due(tools_, tick, [&](KeptTool& kept) {
-      // As RelayLink::accept().
+    const ToolMessage& message =
+        tool_messages_->encode(view, view.read().value(), shown_->has_model());
+    if (!is_lost()) tools_.emplace_back(tick + delay(), KeptTool(message));
+    receive(tools_, tick, [&](KeptTool& kept) {
+      // RelayLink::accept() does the same.
       if (kept.message().relay_id != hand_relay_ || kept.message().number <= tool_number_) return;
       tool_number_ = kept.message().number;
       if (tool_->show(kept.message(), clock_, simulation_ns(tick)) == ShownTool::Shown::kRefused)
@@ -273,7 +274,7 @@ class RelayParts {
     });
   }
 
-  /// What comes beside the hand by this tick.
+  /// Sends the newest snapshot, and shows those that have arrived.
   void carry_snapshots(std::uint64_t tick) {
     const publication::SceneView view = view_of(simulation_);
     const std::uint64_t before = reader_.snapshot().snapshot_id;
@@ -281,11 +282,11 @@ class RelayParts {
     const auto status =
         reading::look(reader_, view, kMaxSpheres, reading::SnapshotDetail::kState, snapshot_);
     if (status == double_buffer::ReadStatus::kAccepted && snapshot_.snapshot_id != before) {
-      const SnapshotMessage& message = encoder_->encode(told(snapshot_, *tool_), 1);
+      const SnapshotMessage& message = encoder_->encode(with_state(snapshot_, *tool_), 1);
       if (!is_lost())
-        snapshots_.emplace_back(tick + way(), std::make_unique<KeptMessage>(message));
+        snapshots_.emplace_back(tick + delay(), std::make_unique<KeptMessage>(message));
     }
-    take_due(snapshots_, tick, [&](std::unique_ptr<KeptMessage>& kept) {
+    receive(snapshots_, tick, [&](std::unique_ptr<KeptMessage>& kept) {
       ToldSnapshot came;
       const SnapshotMessage& message = kept->message();
       if (message.snapshot_id <= shown_id_) return;
@@ -297,18 +298,18 @@ class RelayParts {
   }
 
   std::size_t refused = 0;
-  std::vector<std::uint64_t> tool_times;  // of snapshots, on the hand's clock
+  std::vector<std::uint64_t> tool_times;  // the snapshots', on the hand's clock
 
  private:
   bool is_lost() { return is_cut_ || std::bernoulli_distribution(link_.loss)(random_); }
-  std::uint64_t way() { return link_.delay + random_() % (link_.jitter + 1); }
+  std::uint64_t delay() { return link_.delay + random_() % (link_.jitter + 1); }
 
-  template <class Due, class Take>
-  static void take_due(std::vector<Due>& on_way, std::uint64_t tick, const Take& take) {
-    const auto due = std::stable_partition(on_way.begin(), on_way.end(),
+  template <class Due, class Use>
+  static void receive(std::vector<Due>& in_flight, std::uint64_t tick, const Use& use) {
+    const auto due = std::stable_partition(in_flight.begin(), in_flight.end(),
                                            [&](const Due& one) { return one.first > tick; });
-    for (auto one = due; one != on_way.end(); ++one) take(one->second);
-    on_way.erase(due, on_way.end());
+    for (auto one = due; one != in_flight.end(); ++one) use(one->second);
+    in_flight.erase(due, in_flight.end());
   }
 
   /// An exchange each tenth of a second; the first three before all else.
@@ -319,8 +320,8 @@ class RelayParts {
   }
   void exchange(std::uint64_t tick, std::uint64_t trip) {
     const std::uint64_t there_ns = (tick - trip / 2) * kMs_ns;
-    static_cast<void>(clock_.add(
-        {simulation_ns(tick - trip), there_ns, there_ns, simulation_ns(tick)}));
+    static_cast<void>(
+        clock_.add({simulation_ns(tick - trip), there_ns, there_ns, simulation_ns(tick)}));
   }
 
   std::string simulation_, hand_;
@@ -336,7 +337,7 @@ class RelayParts {
   publication::SnapshotReader reader_;
   reading::SceneSnapshot snapshot_;
   std::unique_ptr<ShownScene> shown_;
-  std::unique_ptr<ToldTool> told_tool_;
+  std::unique_ptr<ToolMessages> tool_messages_;
   std::vector<std::pair<std::uint64_t, KeptTool>> tools_;
   std::vector<std::pair<std::uint64_t, std::unique_ptr<KeptMessage>>> snapshots_;
   std::uint64_t relay_ = 0, hand_relay_ = 0, tool_number_ = 0, shown_id_ = 0;

@@ -234,7 +234,8 @@ TEST_CASE("No delta costs more than the whole, and at rest next to nothing", "[s
     const SnapshotMessage& message = encoder.encode(told, 1);
     dearer += message_bytes(message) > whole_bytes(told) ? 1U : 0U;
     if (message.against_id != 0) {
-      needless += whole_bytes(told) - told.state.size() < SnapshotEncoder::kDeltaFrom_bytes ? 1U : 0U;
+      needless +=
+          whole_bytes(told) - told.state.size() < SnapshotEncoder::kDeltaFrom_bytes ? 1U : 0U;
       ++deltas;
       most_bytes = std::max(most_bytes, message_bytes(message) - told.state.size());
     }

@@ -1,4 +1,4 @@
-#include "shared/tools/scene_relay/told_tool.hpp"
+#include "shared/tools/scene_relay/tool_messages.hpp"
 
 #include <algorithm>
 
@@ -13,15 +13,15 @@ constexpr std::size_t kState_bytes = 228;
 
 }  // namespace
 
-static_assert(kState_bytes + ToldTool::kRepeated_ticks * sizeof(PathSample) <=
-              ToldTool::kFragment_bytes);
+static_assert(kState_bytes + ToolMessages::kRepeated_ticks * sizeof(PathSample) <=
+              ToolMessages::kPacket_bytes);
 
 std::size_t message_bytes(const ToolMessage& message) noexcept {
   return kState_bytes + message.path._length * sizeof(PathSample);
 }
 
-const ToolMessage& ToldTool::tell(const publication::ToolView& tool, const proto::ToolState& state,
-                                  bool has_path) {
+const ToolMessage& ToolMessages::encode(const publication::ToolView& tool,
+                                        const proto::ToolState& state, bool has_path) {
   message_ = {};
   message_.relay_id = relay_id_;
   message_.number = ++number_;
@@ -41,25 +41,25 @@ const ToolMessage& ToldTool::tell(const publication::ToolView& tool, const proto
     message_.flags = state.before.flags;
   }
   path_.clear();
-  if (has_path) tell_path(tool.path(), state.path_number);
+  if (has_path) add_path(tool.path(), state.path_number);
   point_to(message_.path, path_);
   return message_;
 }
 
-void ToldTool::tell_path(const publication::PathView& path, std::uint64_t newest) {
+void ToolMessages::add_path(const publication::PathView& path, std::uint64_t newest) {
   const auto back = [newest](std::uint64_t ticks) { return newest - std::min(newest, ticks - 1); };
   std::uint64_t first = back(kRepeated_ticks);
-  if (told_ < newest) first = std::clamp(told_ + 1, back(kMost_ticks), first);
+  if (newest_ < newest) first = std::clamp(newest_ + 1, back(kMaxTicks), first);
   for (std::uint64_t n = first; n <= newest; ++n) {
     const auto sample = path.sample(n);
     if (!sample) continue;
-    PathSample& told = path_.emplace_back();
-    told.number = n;
-    copy(sample->position_m, told.position_m);
-    copy(sample->orientation_xyzw, told.orientation_xyzw);
-    copy(sample->velocity_m_s, told.velocity_m_s);
+    PathSample& of_tick = path_.emplace_back();
+    of_tick.number = n;
+    copy(sample->position_m, of_tick.position_m);
+    copy(sample->orientation_xyzw, of_tick.orientation_xyzw);
+    copy(sample->velocity_m_s, of_tick.velocity_m_s);
   }
-  told_ = newest;
+  newest_ = newest;
 }
 
 }  // namespace stillgrid::scene_relay
