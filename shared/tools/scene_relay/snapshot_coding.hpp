@@ -14,8 +14,8 @@ namespace stillgrid::scene_relay {
 
 /// Snapshots as messages: whole, or where that is more than kDeltaFrom_bytes as a delta against a
 /// keyframe that the other side has said it holds, so that no loss can make a wrong one. A sphere
-/// is told again if a bit of its motion, or of its label, is another than in the keyframe. The
-/// state is always told whole.
+/// is told again if a bit of its motion, or of its label, is another than in the keyframe. Each
+/// message has the whole state.
 ///
 /// Thread: one.
 class SnapshotEncoder {
