@@ -80,7 +80,11 @@ class RelaySessionTest(RelayedTest):
     def test_samples_that_are_kept_back_are_led_on(self):
         self.open_bed("delay_ms 2")
         report = self.folder / "hand_relay.json"
-        self.start_session(of_hand=("--deadband", 0.07, "--report", report))
+        scene = self.folder / "wall_without_model.toml"  # the local copy takes ticks without given substeps alone
+        scene.write_text((SCENES / "wall.toml").read_text().replace(
+            "rate_hz = 30.0", 'rate_hz = 30.0\nintegrator = "velocity_verlet"\nsubsteps = 4').replace(
+            '[hand]\nfile = "wall.hand.csv"\n', ""))
+        self.start_session(scene, of_hand=("--deadband", 0.07, "--report", report))
         began_s = time.monotonic()
         time.sleep(2.0)
         states = [change for change in self.tool_watch.changes if change[0] > began_s]
@@ -89,6 +93,15 @@ class RelaySessionTest(RelayedTest):
         self.assertGreater(told["withheld"], 10 * told["sent"], "a still hand has little to say")
         # Every 2 ms it is looked at the simulation's tool has gone on.
         self.assertGreater(len(states), 500)
+
+    def test_a_scene_is_stepped_at_the_hand_too(self):
+        """The local copy goes on in each tick once it has caught up; lost packets do not replace it."""
+        reports, recording = self.run_session("tissue_and_blocks", PRESSING, "delay_ms 20", "jitter_ms 2", "loss 0.01")
+        self.assert_safe(recording)
+        hand = reports["hand"]
+        self.assertGreater(hand["local"]["ticks"], 0.8 * hand["ticks"])
+        self.assertLess(hand["local"]["swaps"], 5)
+        self.assertGreater(hand["contact_ticks"], 500)
 
     def test_the_energy_of_a_hand_that_presses_is_booked_on_both_sides_and_joins(self):
         """The simulation books what the tool gave its scene, the hand's server what the hand gave the tool: their

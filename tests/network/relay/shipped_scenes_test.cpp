@@ -43,7 +43,10 @@ TEST_CASE("A scene that ships is shown to the byte as its simulation publishes i
     const ToldScene told(view, kRelay);
     const RelayedScene relayed(told.message());
     INFO(path.filename());
-    CHECK(first_difference(view, relayed.view()) == view.reader().fixed_bytes());
+    if (view.scene().hand_count > 1)
+      CHECK(relayed.view().model().empty());  // no path of the other hand comes over
+    else
+      CHECK(first_difference(view, relayed.view()) == view.reader().fixed_bytes());
     CHECK(relayed.view().header().period_ns >= view.header().period_ns);
     for (std::size_t i = 0; i < 4; ++i)
       CHECK(relayed.view().scene().device.orientation_xyzw[i] ==
