@@ -12,7 +12,15 @@ LONGEST_RETURN_S = 1.0  # from when the cause is over to the first snapshot, as 
 TOOL_STAYS_S = 0.25  # the tool's segment beside the simulation, after the last sample
 
 
-class PartitionTest(RelayedTest):
+class SnapshotsTest(RelayedTest):
+    """A hand that is shown snapshots alone, so that its force fades soon after the last."""
+    fade_s = FADE_S
+
+    def scene(self):
+        return self.wall_without_model()
+
+
+class PartitionTest(SnapshotsTest):
     """A still hand on a wall, felt over a link of 5 ms that is cut for a while."""
 
     def cut(self, seconds):
@@ -88,7 +96,7 @@ class PartitionTest(RelayedTest):
         self.assert_safe(self.stop_session())
 
 
-class KillTest(RelayedTest):
+class KillTest(SnapshotsTest):
     """A still hand on a wall, felt over a link of 2 ms while one program or another is killed."""
 
     def setUp(self):
@@ -198,7 +206,7 @@ class KillTest(RelayedTest):
         self.assert_faded(self.stop_session())
 
 
-class SecondRelayTest(RelayedTest):
+class SecondRelayTest(SnapshotsTest):
     """Two relays of a side would carry one session."""
 
     def setUp(self):

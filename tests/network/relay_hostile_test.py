@@ -46,7 +46,7 @@ class HostileTest(RelayedTest):
 
     def assert_within_limits(self, recording):
         self.assertTrue(numpy.isfinite(recording.force_norm_N()).all())
-        self.assertEqual(relayed.without_snapshot(recording, relayed.FADE_S), 0)
+        self.assertEqual(relayed.without_snapshot(recording, self.fade_s), 0)
         self.assertLessEqual(relayed.growth_N_per_ms(recording).max(), 1.001 * relayed.MAX_SLEW_N_PER_MS)
 
     def test_datagrams_that_no_relay_sends_kill_nobody(self):

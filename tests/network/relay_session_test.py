@@ -80,11 +80,7 @@ class RelaySessionTest(RelayedTest):
     def test_samples_that_are_kept_back_are_led_on(self):
         self.open_bed("delay_ms 2")
         report = self.folder / "hand_relay.json"
-        scene = self.folder / "wall_without_model.toml"  # the local copy takes ticks without given substeps alone
-        scene.write_text((SCENES / "wall.toml").read_text().replace(
-            "rate_hz = 30.0", 'rate_hz = 30.0\nintegrator = "velocity_verlet"\nsubsteps = 4').replace(
-            '[hand]\nfile = "wall.hand.csv"\n', ""))
-        self.start_session(scene, of_hand=("--deadband", 0.07, "--report", report))
+        self.start_session(self.wall_without_model(), of_hand=("--deadband", 0.07, "--report", report))
         began_s = time.monotonic()
         time.sleep(2.0)
         states = [change for change in self.tool_watch.changes if change[0] > began_s]
@@ -102,6 +98,19 @@ class RelaySessionTest(RelayedTest):
         self.assertGreater(hand["local"]["ticks"], 0.8 * hand["ticks"])
         self.assertLess(hand["local"]["swaps"], 5)
         self.assertGreater(hand["contact_ticks"], 500)
+
+    def test_the_local_copy_goes_on_while_the_link_is_cut_for_less_than_a_second(self):
+        self.open_bed("delay_ms 5")
+        self.start_session()
+        self.bed.control("partition on")
+        time.sleep(0.6)
+        self.bed.control("partition off")
+        self.wait_for_return(time.monotonic())
+        recording = self.stop_session()
+        self.assert_safe(recording)
+        self.assertGreater(relayed.silences_s(recording).max(), 0.5)
+        force_N = recording.force_norm_N()[:-300]
+        self.assertGreater(force_N[numpy.argmax(force_N > 0.999 * relayed.FORCE_N):].min(), 0.999 * relayed.FORCE_N)
 
     def test_the_energy_of_a_hand_that_presses_is_booked_on_both_sides_and_joins(self):
         """The simulation books what the tool gave its scene, the hand's server what the hand gave the tool: their
