@@ -29,8 +29,10 @@ class PathSteps {
 
   /// Returns the moment of the state.
   [[nodiscard]] std::uint64_t time_ns() const noexcept { return number_ * proto::kPathTick_ns; }
-  /// Returns the state after the last step_until(), for SceneWriter::publish().
+  /// Returns the state after the last step_until(), for SceneWriter::publish(); none where a tick
+  /// was too long for the hand's.
   [[nodiscard]] publication::SnapshotState state() const noexcept {
+    if (is_too_long_) return {};
     return {.bytes = state_, .tick = number_, .hash = hash_};
   }
 
@@ -46,6 +48,7 @@ class PathSteps {
   std::uint64_t number_;
   std::vector<std::byte> state_;
   std::uint64_t hash_;
+  bool is_too_long_ = false;
 };
 
 }  // namespace stillgrid::sim_server

@@ -211,21 +211,39 @@ SceneModel decode(std::span<const std::byte> bytes,
   return model;
 }
 
-double counted_tick_ns(const SceneModel& model) {
-  // Of one substep, on a processor of 3 GHz. Implicit Euler takes some thirty products.
-  constexpr double kSpring_ns = 1.4, kSphere_ns = 40.0, kProducts = 30.0;
-  constexpr double kShown_ns = 120.0;  // a sphere in each tick, its contacts are listed and shown
-  const Description& description = model.description;
-  JointBound joints(description);
-  const SpectrumBound bound = spring_bound(description) + joints(description, model.start, 0.0);
-  const double substeps = model.is_implicit ? kProducts : stable_substeps(bound, kTick_s);
+TickCounts counts_of(const Description& description) {
+  const auto is_free = [&](int rigid) {
+    const auto& body = description.rigid_bodies[static_cast<std::size_t>(rigid)];
+    return !body.is_fixture && !body.is_driven;
+  };
   const auto moves = [&](const Description::Sphere& sphere) {
     return sphere.rigid < 0 ||
            !description.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].is_fixture;
   };
-  const auto springs = static_cast<double>(description.springs.size() + description.joints.size());
-  const auto spheres = static_cast<double>(std::ranges::count_if(description.spheres, moves));
-  return substeps * (kSpring_ns * springs + kSphere_ns * spheres) + kShown_ns * spheres;
+  double unknowns = 3.0 * static_cast<double>(description.nodes.size());
+  for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
+    unknowns += is_free(static_cast<int>(r)) ? 6.0 : 0.0;
+  return {static_cast<double>(description.springs.size() + description.joints.size()),
+          static_cast<double>(std::ranges::count_if(description.spheres, moves)), unknowns};
+}
+
+double counted_tick_ns(const TickCounts& counts, double substeps, double products,
+                       double rows) noexcept {
+  constexpr double kSpring_ns = 3.0, kSphere_ns = 5.0, kUnknown_ns = 8.0, kRow_ns = 300.0;
+  constexpr double kShown_ns = 40.0;  // a sphere in each tick: contacts are listed, and it is shown
+  return substeps * (kSpring_ns * counts.springs + kSphere_ns * counts.spheres + kRow_ns * rows) +
+         products * (kSpring_ns * counts.springs + kUnknown_ns * counts.unknowns + kRow_ns * rows) +
+         kShown_ns * counts.spheres;
+}
+
+double counted_tick_ns(const SceneModel& model) {
+  constexpr double kProducts = 30.0;
+  const TickCounts counts = counts_of(model.description);
+  if (model.is_implicit) return counted_tick_ns(counts, 1.0, kProducts, 0.0);
+  JointBound joints(model.description);
+  const SpectrumBound bound =
+      spring_bound(model.description) + joints(model.description, model.start, 0.0);
+  return counted_tick_ns(counts, stable_substeps(bound, kTick_s), 0.0, 0.0);
 }
 
 }  // namespace stillgrid::dynamics

@@ -12,6 +12,7 @@ namespace stillgrid::dynamics {
 SceneTicks::SceneTicks(SceneModel model, double time_s, EngineMethod method)
     : prescribed_(std::move(model.prescribed)),
       hands_(model.hands),
+      counts_(counts_of(model.description)),
       time_s_(time_s),
       engine_(
           std::make_unique<Engine>(std::move(model.description), std::move(model.start), method)) {
@@ -53,6 +54,12 @@ void SceneTicks::step(const Tick& tick) {
   aim(tick);
   engine_->step(driven_, tick.length_s, tick.substeps);
   time_s_ += tick.length_s;
+}
+
+double SceneTicks::counted_ns() const noexcept {
+  const auto rows = static_cast<double>(engine_->listing().rows().rows.size());
+  return counted_tick_ns(counts_, engine_->substeps(),
+                         static_cast<double>(engine_->solve().products), rows);
 }
 
 void SceneTicks::save(std::vector<std::byte>& block) const {

@@ -43,6 +43,8 @@ class SceneTicks {
   [[nodiscard]] Engine& engine() noexcept { return *engine_; }
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
+  /// Returns the counted time of the last tick; see counted_tick_ns().
+  [[nodiscard]] double counted_ns() const noexcept;
   void set_time(double time_s) noexcept { time_s_ = time_s; }
   void set_prescribed(std::size_t body, const PrescribedMotion& motion) {
     prescribed_[body] = motion;
@@ -61,6 +63,7 @@ class SceneTicks {
 
   std::vector<PrescribedMotion> prescribed_;
   std::size_t hands_;
+  TickCounts counts_;
   std::vector<DrivenPose> driven_;  // at the end of a tick
   double time_s_;
   std::unique_ptr<Engine> engine_;

@@ -101,6 +101,8 @@ void LocalScene::step(Copy& copy) {
   copy.ticks.step({.tools = poses_});
   ++copy.tick;
   note(copy);
+  // One that takes too long would take the hand's ticks; the next state may be of less contact.
+  if (copy.ticks.counted_ns() > 2.0 * dynamics::kLongestTick_ns) copy.is_begun = false;
 }
 
 Advance LocalScene::advance_to(std::uint64_t tick) {

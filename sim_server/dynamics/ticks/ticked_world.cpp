@@ -101,7 +101,8 @@ TickedWorld::Report TickedWorld::advance(const Tick& tick) {
                 .touching = ticks_.engine().touching(),
                 .solve = ticks_.engine().solve(),
                 .sleep_loss_J = ticks_.engine().sleep().loss_J(),
-                .all_slept = slept && ticks_.engine().sleep().all_sleep()};
+                .all_slept = slept && ticks_.engine().sleep().all_sleep(),
+                .counted_ns = ticks_.counted_ns()};
   add_flow(tick.length_s, report.flow);
   return report;
 }

@@ -36,6 +36,7 @@ class TickedWorld {
     SolveFigures solve = {};    // zero by small steps
     double sleep_loss_J = 0.0;  // kinetic energy of all that began to sleep
     bool all_slept = false;     // the world is as before
+    double counted_ns = 0.0;    // see SceneTicks
   };
   /// Advances by a tick.
   Report advance(const Tick& tick);

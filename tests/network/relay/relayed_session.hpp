@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "shared/dynamics/scene_ticks.hpp"
@@ -172,7 +173,8 @@ class PathHand {
         .orientation = Eigen::Quaterniond(state_.orientation_xyzw.data()),
         .velocity_m_s = Eigen::Vector3d(state_.velocity_m_s.data())};
     FeltTick felt{renderer_.render(*view_, pose, tick * kMs_ns, {}, copy_.get())};
-    if (felt.tick.is_local) felt.state = dynamics::hash(copy_->scene().state());
+    if (felt.tick.is_local)
+      felt.state = dynamics::hash(std::get<local::LocalScene>(copy_->scene()).state());
     return felt;
   }
 

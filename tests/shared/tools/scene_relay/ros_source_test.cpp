@@ -20,7 +20,7 @@ proto::ToolState state_of(std::uint64_t tick, std::uint64_t time_ns) {
   state.time_ns = time_ns;
   state.tick = tick;
   state.orientation_xyzw = {0.0, 0.6, 0.0, 0.8};
-  state.before.displayed.position = {1.0, 0.0, 0.0, 0.0};
+  state.before.displayed.alpha = 1.0;
   return state;
 }
 
