@@ -25,7 +25,8 @@ class HandView : public publication::SceneView {
   /// Thread: the one that ticks. Realtime: wait-free.
   [[nodiscard]] std::span<const publication::ToolView* const> look_at_tools() const noexcept;
 
-  /// The scene's copy; null: it has none, or its model was refused. Thread: the one that ticks.
+  /// Returns the scene's copy, or null where its model is absent or refused. Thread: the one that
+  /// ticks.
   [[nodiscard]] rendering::LocalCopy* local() const noexcept { return local_.get(); }
 
   /// Returns a watch for each hand; null: the own one. A lockstep run polls them itself.

@@ -75,9 +75,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
     remarks += "; " + names.back() + ": " + std::string(law.remark);
   }
   app.add_option("--transition", arguments.transition,
-                 "How one snapshot passes to the next; default: hold where a snapshot lasts for "
-                 "one tick, else predict" +
-                     remarks)
+                 "How the scene goes on between snapshots; default: local" + remarks)
       ->check(CLI::IsMember(names));
   app.add_option(
          "--record", options.record,

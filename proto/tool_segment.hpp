@@ -6,15 +6,15 @@
 namespace stillgrid::proto {
 
 /// Which snapshot of the scene a tick displayed, and where: for those who look on. A sphere was at
-/// alpha times its newest position, and the rest of 1 times that of the snapshot before. Where the
-/// tick was local, the simulation went on to it in haptic_server.
+/// alpha times its newest position, and the rest of 1 times that of the snapshot before. In a
+/// local tick haptic_server stepped the simulation to this tick.
 struct DisplayedSnapshot {
   std::uint64_t scene_epoch;  // of the scene's segment
   std::uint64_t snapshot_id;  // 0: none
   double alpha;               // progress of the transition to that snapshot, of 1
-  double age_s;               // of the simulated state that is its newest
-  std::uint32_t local_ticks;  // of the simulation, that were stepped in the tick
-  std::uint32_t is_local;     // 1: the force is of the simulation in this tick
+  double age_s;               // age of its newest simulated state
+  std::uint32_t local_ticks;  // steps of the simulation in this tick
+  std::uint32_t is_local;     // 1: a local tick
 };
 
 /// Results of a tick. Zeros before the first.

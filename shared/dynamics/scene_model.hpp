@@ -31,11 +31,11 @@ struct SceneModel {
 /// its meaning.
 void validate(const SceneModel& model);
 
-/// What a tick of a scene goes through, but for contacts.
+/// The items of a tick of a scene, without contacts.
 struct TickCounts {
   double springs = 0.0;   // and joints
   double spheres = 0.0;   // that move
-  double unknowns = 0.0;  // velocities of what moves freely
+  double unknowns = 0.0;  // velocities of nodes and free bodies
 };
 [[nodiscard]] TickCounts counts_of(const Description& description);
 
@@ -46,8 +46,7 @@ struct TickCounts {
 /// The same of a model's ticks without contacts: as many substeps as it needs at the start, or 30
 /// products.
 [[nodiscard]] double counted_tick_ns(const SceneModel& model);
-/// A model that takes longer is not stepped within a tick of the hand, and with its contacts none
-/// that takes twice as long.
+/// The longest tick that fits into a tick of the hand. A tick with contacts may take twice as long.
 inline constexpr double kLongestTick_ns = 250'000.0;
 
 /// Returns the model as bytes. They hold all of its fields but their distances.

@@ -9,8 +9,8 @@
 namespace stillgrid::rendering {
 
 /// Renders the force of the simulation as it is in this very tick. The simulation goes on here
-/// along the path that the tool took (TickScene::local). Snapshots are shown by `linear` until the
-/// copy has caught up, and where there is none.
+/// along the path that the tool took (TickScene::local). `linear` shows the snapshots until the
+/// copy has caught up, and in a scene without a copy.
 ///
 /// Thread: the haptic loop's only. Realtime: as LocalScene.
 class LocalRenderer final : public SnapshotRenderer {

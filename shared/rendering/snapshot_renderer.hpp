@@ -25,22 +25,21 @@ class SnapshotRenderer : public Renderer {
   /// How the gathered snapshot is displayed counts from now on, if its read does.
   void accept_weights(const publication::SnapshotLook& look, RenderedTick& tick) noexcept;
   [[nodiscard]] std::span<const PlacedToolSphere> tool() const noexcept { return tool_; }
-  /// What moves and the tool touches in this tick, being gathered.
+  /// The moving spheres that the tool touches in this tick, being gathered.
   [[nodiscard]] TouchedSpheres& fresh() noexcept { return *fresh_; }
-  /// Sums the force of what was gathered and of what never moves. is_seen: fresh() counts, else
-  /// what the last tick gathered does. is_switch: what is displayed comes from elsewhere than in
-  /// the tick before.
+  /// Sums the force of fresh() and of the static spheres. The last tick's spheres stand if the
+  /// scene was not seen. is_switch: the displayed scene has another source than in the last tick.
   void sum_force(const TickScene& scene, bool is_seen, bool is_switch, RenderedTick& tick) noexcept;
 
  private:
   display::Transition transition_;
-  display::SnapshotWeights shown_;  // of the last accepted snapshot
+  display::SnapshotWeights shown_;  // the last accepted snapshot's
   display::SnapshotWeights next_;   // being gathered
   TouchedSpheres buffers_[2];
-  TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
+  TouchedSpheres* touched_ = &buffers_[0];  // the last accepted read's
   TouchedSpheres* fresh_ = &buffers_[1];
   ToolSweep sweep_;
-  std::span<const PlacedToolSphere> tool_;  // of this tick
+  std::span<const PlacedToolSphere> tool_;  // this tick's
 };
 
 }  // namespace stillgrid::rendering

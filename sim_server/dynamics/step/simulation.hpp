@@ -44,7 +44,7 @@ struct StepReport {
   int crossings_left = 0;           // parts in which spheres may have passed through one another
   int contacts = 0;                 // that touch at the step's end
   int sleeping_spheres = 0;         // at the step's end
-  double longest_counted_ns = 0.0;  // of its ticks, by counts
+  double longest_counted_ns = 0.0;  // the longest tick, by counts
   std::array<ToolReport, proto::kMaxHands> tools{};  // by hand
   std::chrono::nanoseconds integrate{};
 

@@ -26,7 +26,7 @@ class CrossfadeRenderer final : public rendering::Renderer {
   Snapshots buffers_[2];
   Snapshots* touched_ = &buffers_[0];  // of the last accepted read
   Snapshots* fresh_ = &buffers_[1];    // being gathered
-  double alpha_ = 1.0;                 // of the last tick
+  double alpha_ = 1.0;                 // the last tick's
   bool is_switch_ = false;             // to the snapshot right after
   rendering::ToolSpheres placed_;
   std::span<const rendering::PlacedToolSphere> tool_;
