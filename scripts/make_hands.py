@@ -2,8 +2,7 @@
 """Makes the hands of the scenes that ship: where a user's hand goes in each, for 2 s, in the device's frame; of
 scenes with two hands where each goes, for 10 s.
 
-A scene names its own in [hand]: for it `sim_server --explain` shows the curve of rates, rate_hz = "auto" chooses one,
-and scene_fit fits. The same files on every run: sim_server/scene/scenes/*.hand.csv and those that end in a hand's
+A scene names its own in [hand]: for it scene_fit fits, and `sim_server --try` judges. The same files on every run: sim_server/scene/scenes/*.hand.csv and those that end in a hand's
 name are what this writes.
 """
 import argparse

@@ -15,7 +15,7 @@ METHOD_KEYS = ("integrator", "substeps", "tolerance_m_s")
 class Candidate:
     """One way to simulate and to show a scene."""
     rate_hz: float
-    transition: str = "predict"  # the default of haptic_server
+    transition: str = "local"  # the default of haptic_server
     method: tuple | None = None
     levels: tuple = ()  # of each group of bodies
 
@@ -40,14 +40,13 @@ class Scene:
         self.groups = levels.groups_of(self.document, messages.note)
         self.places = {body["name"]: i for i, body in enumerate(self.document.get("body", []))}
         hz = self.simulation.get("rate_hz", 1.0 / self.simulation.get("period_s", 0.01))
-        self.is_open = "auto" in (hz, self.simulation.get("integrator")) or not self.simulation
-        self.given = Candidate(100.0 if hz == "auto" else float(hz), levels=(0,) * len(self.groups),
+        self.given = Candidate(float(hz), levels=(0,) * len(self.groups),
                                method=METHODS[1] if self.simulation.get("integrator") == "auto" else None)
 
     def changes(self, candidate):
         """Paths of toml_edit, and values."""
         changes = {}
-        if candidate.rate_hz != self.given.rate_hz or self.simulation.get("rate_hz") == "auto":
+        if candidate.rate_hz != self.given.rate_hz:
             changes["simulation", "rate_hz"] = candidate.rate_hz
         if candidate.method:
             changes.update({("simulation", key): None for key in METHOD_KEYS if key in self.simulation})

@@ -12,7 +12,7 @@ import scene_candidates
 
 WORK_PER_US = 170.0  # counted work of one processor (sim_server/dynamics/choice/counted_work.hpp)
 WORTH = 0.97  # of the cost: another round is made for no less
-FIRST_TRANSITIONS, OTHER_TRANSITIONS = ("hold", "linear", "predict"), ("restart", "hermite", "extrapolate", "playout")
+TRANSITIONS = ("hold", "linear", "local")
 RATES_HZ = {"small": (10.0, 33.0, 100.0),
             "full": (10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 160.0, 250.0, 500.0, 1000.0)}
 
@@ -144,15 +144,13 @@ class Search:
     def neighbours(self, candidate):
         place = self.rates_hz.index(candidate.rate_hz)
         return ([candidate.but(rate_hz=hz) for hz in self.rates_hz[max(place - 2, 0):place + 3]]
-                + [candidate.but(transition=name) for name in FIRST_TRANSITIONS]
+                + [candidate.but(transition=name) for name in TRANSITIONS]
                 + [candidate.but(method=method) for method in scene_candidates.METHODS] + self.other_levels(candidate))
 
     def explore(self):
         given = self.scene.given
         self.try_all([given, *(given.but(rate_hz=hz, transition=name)
-                               for hz in self.rates_hz for name in FIRST_TRANSITIONS)])
-        if self.goal.grid == "full":
-            self.try_all([one.but(transition=name) for one in self.best(2) for name in OTHER_TRANSITIONS])
+                               for hz in self.rates_hz for name in TRANSITIONS)])
         for _ in range(4 if self.goal.grid == "full" else 1):
             before_us = self.trials[self.best(1)[0]].cost_us
             self.try_all([other for one in self.best(2) for other in self.neighbours(one)])

@@ -161,7 +161,7 @@ def measure_table(build, pool, is_small, file):
     return rows
 
 
-FIGURE_MODELS = ("hold", "linear", "predict")
+FIGURE_MODELS = ("hold", "linear", "local")
 FIGURE_S = (2.0, 2.5)
 
 

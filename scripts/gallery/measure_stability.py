@@ -23,13 +23,13 @@ MEDIUM = BASE | {"period": 0.033}
 def small_maps():
     """A corner of the grid."""
     few = {"device": ["light"], "period": [0.1], "latency": [0.1], "jitter": 0.3, "seeds": 2, "lowest": 2000}
-    yield few | {"scene": ["wall", "free:0.1", "pinch"], "transition": ["predict", "hold", "linear"]}
+    yield few | {"scene": ["wall", "free:0.1", "pinch"], "transition": ["local", "hold", "linear"]}
     yield few | {"scene": ["floor"], "from": "outside", "limits": ["none", "declared"]}
-    yield few | {"scene": ["wall"], "transition": "hold", "model": "constraints"}
+    yield few | {"scene": ["wall"], "transition": "hold", "model": "force_held"}
 
 
 def maps():
-    """Of `predict` and of other laws; at no cost, force_held is CHAI3D's one loop."""
+    """Of `local` and of other laws; at no cost, force_held is CHAI3D's one loop."""
     yield BASE | {"scene": BODIES}
     yield from others(MEDIUM)
     yield BASE | {"scene": STANDING, "from": "outside"}
@@ -44,7 +44,7 @@ def maps():
 def others(base):
     base = base | {"scene": COMPARED, "lowest": 50}
     yield base | {"transition": ["linear", "hold"]}
-    yield base | {"transition": "hold", "model": ["constraints", "force_held"]}
+    yield base | {"transition": "hold", "model": "force_held"}
 
 
 def command(lab, csv, threads, one_map):

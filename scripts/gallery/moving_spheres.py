@@ -20,7 +20,7 @@ def main():
     random = numpy.random.default_rng(arguments.count)
     centres_m = random.uniform(-0.1, 0.1, (arguments.count, 3))
     pulses_rad_s = random.uniform(1.0, 9.0, (arguments.count, 1))
-    scene = stillgrid.Scene(1.0 / arguments.rate, arguments.count, [stillgrid.Material(500.0)], predicts=False)
+    scene = stillgrid.Scene(1.0 / arguments.rate, arguments.count, [stillgrid.Material(500.0)])
     with stillgrid.Publisher(scene, arguments.session) as publisher:
         publisher.set_shapes(numpy.full(arguments.count, 0.003))
         for time_s in publisher.steps(arguments.duration):

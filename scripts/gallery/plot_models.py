@@ -6,10 +6,10 @@ import math
 from drawing import draw_charts, matplotlib, plt, show_plain_numbers
 import tables
 
-TRANSITIONS = ("hold", "linear", "restart", "hermite", "extrapolate", "playout", "predict")
+TRANSITIONS = ("hold", "linear", "local")
 RIVALS = ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
 FAST = ("hold at 250 Hz", "hold at 500 Hz", "hold at 1000 Hz")
-COLOURS = {"predict": "#D55E00", "hold": "#0072B2", "linear": "#009E73"}
+COLOURS = {"local": "#D55E00", "hold": "#0072B2", "linear": "#009E73"}
 WHOLE = "tissue and blocks, all"
 def read_rows(file):
     rows = tables.read_rows(file)
@@ -102,15 +102,14 @@ def front(rows, x, y):
 
 
 # Of the Pareto charts: each model its own marker, for names would lie over each other.
-MARKERS = {"hold": "o", "linear": "o", "restart": "v", "hermite": "^", "extrapolate": ">", "playout": "<",
-           "predict": "*", "force_held": "o", "force_jacobian": "s", "plane": "D", "sphere": "h",
-           "proxy": "P", "crossfade": "X"}
+MARKERS = {"hold": "o", "linear": "o", "local": "*", "force_held": "o", "force_jacobian": "s", "plane": "D",
+           "sphere": "h", "proxy": "P", "crossfade": "X"}
 FLOOR_N = 1e-6
 
 
 def mark(axes, name, x, y, is_pale=False):
     axes.plot(x, max(y, FLOOR_N), MARKERS[name], color=colour_of(name), alpha=0.35 if is_pale else 1.0,
-              markersize=13 if name == "predict" else 7, markeredgewidth=0, clip_on=False)
+              markersize=13 if name == "local" else 7, markeredgewidth=0, clip_on=False)
 
 
 def draw_pareto_panel(axes, mine):
@@ -137,7 +136,7 @@ def draw_jump_panel(axes, mine):
             mark(axes, name, mine[name]["lag_ms"], mine[name]["jump_max_N"])
     axes.axhline(0.01 * mine["hold"]["jump_max_N"], color=COLOURS["hold"], linewidth=0.9,
                  linestyle="--")
-    axes.axvline(mine["predict"]["longest_period_ms"], color="0.5", linewidth=0.9, linestyle=":")
+    axes.axvline(mine["linear"]["longest_period_ms"], color="0.5", linewidth=0.9, linestyle=":")
     axes.set_yscale("log")
     axes.set_xlim(-3, None)
     axes.set_xlabel("effective latency [ms]")
@@ -162,7 +161,7 @@ def draw_pareto(charts):
             if number % columns == 0:
                 axes.set_ylabel(label)
     handles = [plt.Line2D([], [], color=colour_of(name), marker=marker, linestyle="", markeredgewidth=0,
-                          markersize=12 if name == "predict" else 7) for name, marker in MARKERS.items()]
+                          markersize=12 if name == "local" else 7) for name, marker in MARKERS.items()]
     handles += [plt.Line2D([], [], color=COLOURS["hold"], linestyle="--", linewidth=0.9),
                 plt.Line2D([], [], color="0.5", linestyle=":", linewidth=0.9)]
     figure.suptitle("Speed against accuracy (above), and jump against lag (below)", x=0.01, y=0.99,
@@ -180,7 +179,7 @@ def draw_pareto(charts):
 FIGURES = (("hold", "Fig. 6: a discontinuity at each switch (hold)"),
            ("linear", "Figs. 7 and 8: a progressive transition, continuous if snapshots are regular "
                       "(linear)"),
-           ("predict", "Beside them: the simulation's next step, for the hand where it is (predict)"))
+           ("local", "Beside them: the simulation itself, which goes on in each tick (local)"))
 
 
 def draw_figures(charts):
@@ -238,12 +237,12 @@ def print_tables(rows, jitter):
 def print_goals(rows):
     for path in dict.fromkeys(row["path"] for row in rows):
         mine = of(rows, path, 0.3)
-        predict, hold, true = mine["predict"], mine["hold"], mine["reference"]
-        print(f"{path}: jump {predict['jump_max_N'] / hold['jump_max_N']:.2g} of hold's; stages above "
-              f"7 %: {predict['stage_felt_share']:.1%} of contact (true {true['stage_felt_share']:.1%},"
+        local, hold, true = mine["local"], mine["hold"], mine["reference"]
+        print(f"{path}: jump {local['jump_max_N'] / hold['jump_max_N']:.2g} of hold's; stages above "
+              f"7 %: {local['stage_felt_share']:.1%} of contact (true {true['stage_felt_share']:.1%},"
               f" hold {hold['stage_felt_share']:.1%}, linear {mine['linear']['stage_felt_share']:.1%}"
-              f"); lag {predict['lag_ms']:.0f} ms of {predict['longest_period_ms']:.0f}; error "
-              f"{predict['rms_error_N']:.3g} N (hold {hold['rms_error_N']:.3g}, linear "
+              f"); lag {local['lag_ms']:.0f} ms of {local['longest_period_ms']:.0f}; error "
+              f"{local['rms_error_N']:.3g} N (hold {hold['rms_error_N']:.3g}, linear "
               f"{mine['linear']['rms_error_N']:.3g}, 1 kHz {mine[FAST[-1]]['rms_error_N']:.3g})")
 
 

@@ -11,9 +11,8 @@ from tables import read_rows
 WALL_N_PER_M = {"light": 10084.9, "hand": 14928.6}  # what a rigid wall bears at 1 kHz, exactly
 DEVICES = {"light": "light device", "hand": "with the hand"}
 # A law, as the charts name it, and its colour.
-LAWS = {"predict": ("predict (default)", "#009E73"), "linear": ("linear (the paper)", "#D55E00"),
-        "hold": ("hold", "#0072B2"), "constraints": ("constraints (SOFA)", "#CC79A7"),
-        "force_held": ("force held (CHAI3D)", "black")}
+LAWS = {"local": ("local (default)", "#009E73"), "linear": ("linear (the paper)", "#D55E00"),
+        "hold": ("hold", "#0072B2"), "force_held": ("force held (CHAI3D)", "black")}
 PERIODS_S = (0.01, 0.033, 0.1)
 FREE_KG = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
 BODIES = {"wall": "wall", **{f"free:{mass:g}": f"free {mass:g} kg" for mass in FREE_KG},
@@ -60,7 +59,7 @@ def draw_period(charts):
             for law, (label, colour) in LAWS.items():
                 found = [compared(limits, device, period_s).get(law) for period_s in PERIODS_S]
                 axes.plot([1e3 * p for p in PERIODS_S], [choose(f) if f else numpy.nan for f in found],
-                          "o-", color=colour, linewidth=2.2 if law == "predict" else 1.5, label=label)
+                          "o-", color=colour, linewidth=2.2 if law == "local" else 1.5, label=label)
             axes.axhline(WALL_N_PER_M[device], color="0.3", linewidth=1, label="a rigid wall at 1 kHz")
             axes.axhline(GOAL * WALL_N_PER_M[device], color="0.3", linewidth=1, linestyle="--",
                          label="half of that")
@@ -96,7 +95,7 @@ def draw_map(charts):
         for i, body in enumerate(BODIES):
             for j, (_, (declared, start, cost)) in enumerate(columns()):
                 for k, period_s in enumerate(PERIODS_S):
-                    cell = Cell(body, "1x1", device, declared, start, "predict", period_s, cost)
+                    cell = Cell(body, "1x1", device, declared, start, "local", period_s, cost)
                     if cell in limits:
                         shares[i, 3 * j + k] = limits[cell] / WALL_N_PER_M[device]
         # White is the goal, half of what a wall bears.
@@ -112,7 +111,7 @@ def draw_map(charts):
         axes.set_title(f"{DEVICES[device]}: 10, 33, 100 ms each", loc="left", fontsize=10, fontweight="bold")
     bar = figure.colorbar(image, ax=panels, shrink=0.6)
     bar.set_ticks([-3, -2, -1, 0, 1, 2], labels=["1/16", "1/8", "1/4", "1/2: goal", "1: wall", "2"])
-    figure.suptitle("predict: largest stable stiffness over a rigid wall's at 1 kHz; the search ends at 20 kN/m",
+    figure.suptitle("local: largest stable stiffness over a rigid wall's at 1 kHz; the search ends at 20 kN/m",
                     x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
 
