@@ -103,10 +103,10 @@ class ShowTest(InspectTest):
 
     def test_a_session_is_shown_in_detail(self):
         self.start_both()
-        self.wait_until(lambda: self.rows()["scene"]["snapshot_id"] >= 4, 10.0, "a full history")
+        self.wait_until(lambda: self.rows()["scene"]["snapshot_id"] >= 2, 10.0, "a full history")
         text = self.show("--session", self.session)
         for words in ("name: tissue_and_blocks", "materials 2: ", "planes 0: ", f"moving_spheres: {SPHERES}",
-                      "occupied_cells: ", "history_count: 4", "step_ns: ", "position_m: ", "force_N: "):
+                      "occupied_cells: ", "history_count: 2", "step_ns: ", "position_m: ", "force_N: "):
             self.assertIn(words, text)
 
     def test_a_session_as_JSON_holds_each_sphere_and_the_tool(self):
@@ -127,6 +127,8 @@ class ShowTest(InspectTest):
         self.assertEqual(snapshot["publish_time_ns"],
                          sorted(snapshot["publish_time_ns"], reverse=True))
         self.assertGreater(snapshot["grid"]["occupied_cells"], 0)
+        self.assertGreater(fixed["model_bytes"], 0)
+        self.assertTrue(0 < snapshot["state"]["bytes"] <= fixed["state_capacity"])
         tool = session["tool"]["latest_state"]
         self.assertLess(tool["time_ns"], session["now_ns"])
         self.assertGreaterEqual(tool["snapshot_id"], 1)

@@ -14,6 +14,7 @@ from daemons import BAD_INPUT, DONE, INCOMPLETE, SKIPPED
 from faults import call_log
 from faults.fault_run import DRIVER
 
+TOOL_SEGMENT_BYTES = 364_544  # a limit of the size of files counts for it too
 PRESS = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0.02,depth_m=0.025,period_s=1"
 
 
@@ -111,16 +112,17 @@ class RecordingTest(daemons.SessionTest):
             self.assertEqual(self.assert_sums_up(recording, report)["lost_rows"], 0)
 
     def limited(self, bytes_, *arguments):
-        """haptic_server whose files cannot grow beyond so many bytes."""
+        """haptic_server whose files cannot grow beyond so many bytes, a tool's segment at least."""
+        self.assertGreater(bytes_, TOOL_SEGMENT_BYTES)
         return self.start("prlimit", f"--fsize={bytes_}", daemons.BUILD / "bin" / "haptic_server",
                           "--session", self.session, "--device", PRESS, *arguments)
 
     def test_a_full_disk_does_not_stop_the_loop_and_the_rest_is_counted(self):
         self.sim_server("wall")
         report = self.folder / "haptic.json"
-        for bytes_ in (30_000, 30_041):  # mostly in mid-row
+        for bytes_ in (400_000, 400_041):  # mostly in mid-row
             recording = self.folder / f"{bytes_}.csv"
-            hand = self.limited(bytes_, "--record", recording, "--report", report, "--duration", 0.5)
+            hand = self.limited(bytes_, "--record", recording, "--report", report, "--rate", 4000, "--duration", 1.2)
             self.assertEqual(hand.wait(), INCOMPLETE, hand.lines())
             figures = self.assert_sums_up(recording, report)
             self.assertGreater(figures["lost_rows"], 0)
@@ -132,7 +134,7 @@ class RecordingTest(daemons.SessionTest):
     def test_a_full_disk_does_not_hold_up_lockstep(self):
         sim = self.sim_server("wall", "--lockstep", "--duration", 20)
         recording, report = self.folder / "recording.csv", self.folder / "haptic.json"
-        hand = self.limited(50_000, "--record", recording, "--report", report, "--duration", 20,
+        hand = self.limited(400_000, "--record", recording, "--report", report, "--duration", 20,
                             "--lockstep")
         self.assertEqual(hand.wait(), INCOMPLETE, hand.lines())
         self.assertEqual(sim.wait(), DONE, sim.lines())

@@ -17,9 +17,10 @@ TOLERANCE = 1e-3  # relative
 
 
 class TransitionTest(daemons.SessionTest):
-    def record(self, transition, duration_s=0.6, sim=()):
+    def record(self, transition=None, duration_s=0.6, sim=()):
+        """None: the default."""
         file = self.run_lockstep("moving_sphere", self.still_device(0, 0, 0), duration_s, sim=sim,
-                                 haptic=("--transition", transition))
+                                 haptic=("--transition", transition) if transition else ())
         return daemons.read_recording(file)
 
     def test_hold_jumps_by_k_v_P_at_each_switch_and_is_still_between(self):
@@ -37,12 +38,18 @@ class TransitionTest(daemons.SessionTest):
         self.assertTrue((recording["alpha"] == 1.0).all())
 
     def test_linear_lags_by_v_P_and_does_not_jump(self):
-        recording = self.record("linear")
+        self.assert_even(self.record("linear"), PERIOD_S)
+
+    def test_by_default_the_sphere_is_where_it_is_in_the_simulation_however_late_snapshots_come(self):
+        for sim in ((), ("--jitter", 0.3, "--latency", 0.03)):
+            self.assert_even(self.record(sim=sim), 0.0)
+
+    def assert_even(self, recording, lag_s):
         time_s, force_N = recording["time_s"], recording["rendered_fx_N"]
-        touching = (time_s > TOUCH_S + PERIOD_S) & (time_s < CENTRE_S + PERIOD_S - 1e-9)
+        touching = (time_s > TOUCH_S + lag_s + 1e-9) & (time_s < CENTRE_S + lag_s - 1e-9)
         displayed_m = force_N[touching] / STIFFNESS_N_PER_M - CONTACT_DISTANCE_M
         lag_m = START_M + SPEED_M_S * time_s[touching] - displayed_m
-        numpy.testing.assert_allclose(lag_m, SPEED_M_S * PERIOD_S, rtol=TOLERANCE)
+        numpy.testing.assert_allclose(lag_m, SPEED_M_S * lag_s, rtol=TOLERANCE, atol=1e-8)
         # What a smooth force changes in a tick of 1 ms.
         numpy.testing.assert_allclose(numpy.diff(force_N[touching]),
                                       STIFFNESS_N_PER_M * SPEED_M_S * 1e-3, rtol=TOLERANCE)
@@ -56,16 +63,20 @@ class TransitionTest(daemons.SessionTest):
 
     def test_alpha_stays_at_one_when_a_snapshot_is_late(self):
         recording = self.record("linear", 3.0, sim=("--jitter", 0.3))
-        switch_s = recording["time_s"] - recording["age_s"]  # without latency, T_n is both
-        snapshot_id = recording["snapshot_id"].astype(int)
-        switch_of = dict(zip(snapshot_id, switch_s))
-        late = 0
-        for row in numpy.flatnonzero(snapshot_id > 2):
-            n = snapshot_id[row]
-            period_s = switch_of[n] - switch_of[n - 1]
-            expected = min((recording["time_s"][row] - switch_of[n]) / period_s, 1.0)
-            self.assertAlmostEqual(recording["alpha"][row], expected, delta=1e-6)
-            late += expected == 1.0
+        time_s, alpha = recording["time_s"], recording["alpha"]
+        late, switch_s = 0, {}
+        for n in range(2, int(recording["snapshot_id"].max())):
+            shown = recording["snapshot_id"] == n
+            first, second = numpy.flatnonzero(shown)[:2]
+            period_s = (time_s[second] - time_s[first]) / (alpha[second] - alpha[first])
+            switch_s[n] = time_s[first] - alpha[first] * period_s
+            # Without latency it is published at the end of the tick that it is of.
+            self.assertTrue(-1e-9 <= switch_s[n] - (time_s[first] - recording["age_s"][first]) < 1e-3)
+            if n > 2:
+                self.assertAlmostEqual(period_s, switch_s[n] - switch_s[n - 1], delta=1e-9)
+            expected = numpy.minimum((time_s[shown] - switch_s[n]) / period_s, 1.0)
+            numpy.testing.assert_allclose(alpha[shown], expected, atol=1e-6)
+            late += (expected == 1.0).sum()
         self.assertGreater(late, 50)
 
     def test_a_snapshot_that_waits_for_its_latency_is_older_by_it(self):

@@ -79,7 +79,7 @@ class HandsTest(daemons.SessionTest):
     def hand(self, name, device, *arguments):
         return self.haptic_server(device, "--hand", name, *arguments)
 
-    def run_hands(self, scene, devices, duration_s, sim=(), durations=None, haptic=()):
+    def run_hands(self, scene, devices, duration_s, sim=(), durations=None):
         """Lockstep to the end. The recordings by hand, as bytes, and the final state."""
         count = next(self.counter)
         sim_server = self.sim_server(scene, "--lockstep", "--duration", duration_s, "--final-state",
@@ -89,8 +89,7 @@ class HandsTest(daemons.SessionTest):
         for name, device in devices.items():
             started[name] = self.hand(name, device, "--lockstep", "--duration",
                                       (durations or {}).get(name, duration_s), "--record",
-                                      self.folder / f"{count}.{name}.csv", "--report", self.report(count, name),
-                                      *haptic)
+                                      self.folder / f"{count}.{name}.csv", "--report", self.report(count, name))
         for name, daemon in started.items():
             self.assertEqual(daemon.wait(), DONE, (name, daemon.lines()))
         self.assertEqual(sim_server.wait(), DONE, sim_server.lines())
@@ -254,11 +253,11 @@ class ShippedScenesTest(HandsTest):
 
 
 class LocalTest(HandsTest):
-    """The copies of a scene that all hands step: --transition local."""
+    """All hands step copies of the simulation: the default."""
 
     def felt(self, scene, devices, seconds, sim, durations=None):
         """What each hand did and felt, by column, as the recordings tell it."""
-        self.run_hands(scene, devices, seconds, sim, durations, ("--transition", "local"))
+        self.run_hands(scene, devices, seconds, sim, durations)
         recordings = (daemons.read_recording(self.folder / f"{self.last}.{name}.csv") for name in devices)
         skipped = ("snapshot", "alpha", "age", "tick", "flags")
         return [{column: values for column, values in recording.columns.items() if not column.startswith(skipped)}

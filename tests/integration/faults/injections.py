@@ -60,7 +60,7 @@ def spoil_scene(offset, type_, count, value, is_in_slots=True):
 def spoil_stopped_scene(run):
     """The last snapshot claims to be of the time to come, and no other follows."""
     words = SharedWords(run.session, "scene").in_slots(
-        shared_words.PAYLOAD + shared_words.PUBLISH_TIMES, "u8", 4)
+        shared_words.PAYLOAD + shared_words.PUBLISH_TIMES, "u8", 2)
     run.begin()
     run.sim.signal(signal.SIGSTOP)
     spoil(words, time.monotonic_ns() + 60_000_000_000, STAND_STILL_S)
@@ -74,9 +74,13 @@ def spoil_sphere(offset, count, value):
                        value)
 
 
-def spoil_modes(value):
-    """All that a snapshot's modes tell."""
-    return spoil_scene(shared_words.PAYLOAD + shared_words.MODES, "f4", 60, value)
+def spoil_states(run):
+    """All that a snapshot tells for the simulation to go on elsewhere, and that it is another state."""
+    words = SharedWords(run.session, "scene")
+    places = words.states() + words.in_slots(shared_words.PAYLOAD + shared_words.STATE_HASH, "u1", 8)
+    run.begin()
+    spoil(places, 0xFF, STAND_STILL_S)
+    run.end()
 
 
 def truncate(kind):

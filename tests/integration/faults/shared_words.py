@@ -6,11 +6,10 @@ import time
 import numpy
 
 # Bytes from the start of a segment, of a slot, and of a payload.
-LATEST, SLOT_OFFSETS, MATERIALS = 256, 64, 1000
+LATEST, SLOT_OFFSETS, PAYLOAD_BYTES, MATERIALS, STATE_CAPACITY = 256, 64, 80, 1000, 12944
 SEQUENCE, PAYLOAD = 0, 64
-PUBLISH_TIMES, FIRST_SPHERE = 48, 1536
-PREDICTION, MODES, TURNING_COUNT, LARGEST_RESPONSE = 112, 136, 128, 1080  # in a payload, too
-RADIUS, RESPONSE = 36, 48  # in a sphere
+PUBLISH_TIMES, STATE_BYTES, STATE_TICK, STATE_HASH, FIRST_SPHERE = 32, 80, 88, 96, 512
+RADIUS = 48  # in a sphere
 
 
 def segment_file(session, kind):
@@ -27,6 +26,11 @@ class SharedWords:
     def at(self, offset, type_, count=1):
         size = numpy.dtype(type_).itemsize * count
         return self._bytes[offset:offset + size].view(type_)
+
+    def states(self):
+        """The states of both slots: the room at the end of their payloads."""
+        end, room = (int(self.at(place, "u8")[0]) for place in (PAYLOAD_BYTES, STATE_CAPACITY))
+        return self.in_slots(PAYLOAD + end - room, "u1", room)
 
     def in_slots(self, offset, type_, count=1):
         """The same words of both slots."""
