@@ -54,6 +54,7 @@ AT_ONCE = 5.0
 FADE = 101.0  # and the tick that notices
 PERIOD = 100.0 / 3.0  # of the simulation
 STALE = 1.5 * PERIOD
+GOES_ON = 1000.0  # that haptic_server simulates alone
 LOCK_IS_FREE = 10.0  # as a poll finds
 LAST_STAMP = 100.0  # that a device's stamp may be old
 WATCHDOG = 111.0  # without a tick, and its polls
@@ -64,6 +65,8 @@ PARENT_IS_GONE = 10.0  # as the watchdog's poll finds
 SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
 RELEASE_IS_LATE = 2000.0  # by processes and threads that end, begin and have no priority
+
+LINEAR = ("--transition", "linear")  # shows the spheres of snapshots, while they come
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
@@ -195,8 +198,10 @@ SIMULATION = [
     Fault("simulation", "killed", inject=signal_sim(signal.SIGKILL), after_N=0.0, **DEAD_WRITER),
     Fault("simulation", "Ctrl-C", inject=signal_sim(signal.SIGINT), after_N=0.0,
           **{**DEAD_WRITER, "zero_ms": PERIOD + LOCK_IS_FREE + FADE}),
-    Fault("simulation", "stopped for 0.4 s", inject=stop_sim, **STALE_SNAPSHOT),
-    Fault("simulation", "stops for 80 ms, four times", inject=stop_and_go, flag="faded",
+    Fault("simulation", "stopped for 0.4 s", inject=stop_sim(0.4), is_smooth=True),
+    Fault("simulation", "stopped for 1.4 s", inject=stop_sim(1.4), **{**STALE_SNAPSHOT, "zero_ms": GOES_ON + FADE}),
+    Fault("simulation", "stopped for 0.4 s, by linear", haptic=LINEAR, inject=stop_sim(0.4), **STALE_SNAPSHOT),
+    Fault("simulation", "stops for 80 ms, four times, by linear", haptic=LINEAR, inject=stop_and_go, flag="faded",
           is_smooth=True),
     Fault("simulation", "killed, replaced at once", inject=replace_sim("wall"), **DEAD_WRITER),
     Fault("simulation", "killed, replaced by another scene", inject=replace_sim(BALL),
@@ -204,8 +209,6 @@ SIMULATION = [
     Fault("simulation", "killed, the next comes 0.5 s later", inject=replace_sim("wall", 0.5),
           **DEAD_WRITER),
 ]
-
-LINEAR = ("--transition", "linear")  # shows what stands in a snapshot's spheres
 
 MEMORY = [
     Fault("memory", "sphere's place is NaN", scene=BALL, haptic=LINEAR,
@@ -244,7 +247,7 @@ MEMORY = [
           inject=spoil_scene(shared_words.SEQUENCE, "u8", 1, 7), may_be_zero=True, is_smooth=True),
     Fault("memory", "a material is NaN",
           inject=spoil_scene(shared_words.MATERIALS, "f4", 4, float("nan"), False)),
-    Fault("memory", "stopped, the snapshot's stamps 60 s ahead", inject=spoil_stopped_scene,
+    Fault("memory", "stopped, the snapshot's stamps 60 s ahead", haptic=LINEAR, inject=spoil_stopped_scene,
           **STALE_SNAPSHOT),
     Fault("memory", "scene cut off to 0 bytes", inject=truncate("scene"), after_N=0.0,
           says="was shrunk", **DEAD_WRITER),

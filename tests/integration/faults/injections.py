@@ -17,12 +17,14 @@ def signal_sim(number):
     return inject
 
 
-def stop_sim(run):
-    run.begin()
-    run.sim.signal(signal.SIGSTOP)
-    time.sleep(STAND_STILL_S)
-    run.sim.signal(signal.SIGCONT)
-    run.end()
+def stop_sim(for_s):
+    def inject(run):
+        run.begin()
+        run.sim.signal(signal.SIGSTOP)
+        time.sleep(for_s)
+        run.sim.signal(signal.SIGCONT)
+        run.end()
+    return inject
 
 
 def stop_and_go(run):
