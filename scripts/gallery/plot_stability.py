@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws docs/charts/stability_{period,map}.png from stability.csv, which measure_stability.py writes."""
+"""Draws docs/charts/stability_period.png from stability.csv, which measure_stability.py writes."""
 import collections
 import statistics
 
@@ -14,11 +14,6 @@ DEVICES = {"light": "light device", "hand": "with the hand"}
 LAWS = {"local": ("local (default)", "#009E73"), "linear": ("linear (the paper)", "#D55E00"),
         "hold": ("hold", "#0072B2"), "force_held": ("force held (CHAI3D)", "black")}
 PERIODS_S = (0.01, 0.033, 0.1)
-FREE_KG = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
-BODIES = {"wall": "wall", **{f"free:{mass:g}": f"free {mass:g} kg" for mass in FREE_KG},
-          "row": "two in a row", "chain": "chain", "spring:0.1": "0.1 kg on a spring",
-          "spring": "5 kg on a spring", "pinch": "pinched", "floor": "block on floor",
-          "floor:0.5": "0.5 kg on floor", "block": "block on tissue", "soft": "soft block"}
 GOAL = 0.5  # of a wall
 Cell = collections.namedtuple("Cell", "scene tool device limits start law period_s cost")
 
@@ -36,10 +31,10 @@ def read_limits(charts):
     return limits, others
 
 
-def of_bodies(limits, device, law, period_s, cost=0.1, start="inside"):
+def of_bodies(limits, device, law, period_s):
     """Of bodies that give way, what was measured: limit by body."""
-    cells = {body: Cell(body, "1x1", device, "none", start, law, period_s, cost) for body in BODIES}
-    return {body: limits[cell] for body, cell in cells.items() if cell in limits and body != "wall"}
+    return {cell.scene: limit for cell, limit in limits.items() if cell.scene != "wall"
+            and cell == Cell(cell.scene, "1x1", device, "none", "inside", law, period_s, 0.1)}
 
 
 def compared(limits, device, period_s):
@@ -58,6 +53,8 @@ def draw_period(charts):
         for axes, device in zip(row, DEVICES):
             for law, (label, colour) in LAWS.items():
                 found = [compared(limits, device, period_s).get(law) for period_s in PERIODS_S]
+                if not any(found):
+                    continue
                 axes.plot([1e3 * p for p in PERIODS_S], [choose(f) if f else numpy.nan for f in found],
                           "o-", color=colour, linewidth=2.2 if law == "local" else 1.5, label=label)
             axes.axhline(WALL_N_PER_M[device], color="0.3", linewidth=1, label="a rigid wall at 1 kHz")
@@ -74,44 +71,6 @@ def draw_period(charts):
     figure.tight_layout(rect=(0, 0.07, 1, 0.96))
     figure.legend(*panels[0][0].get_legend_handles_labels(), frameon=False, ncol=4, loc="lower center")
     figure.suptitle("Stiffness borne against the period of snapshots: a step costs P/10, 30 % jitter, 30 µm encoders",
-                    x=0.01, ha="left", fontsize=12, fontweight="bold")
-    return figure
-
-
-def columns():
-    """Of the map: what varies, as it is named, and the cell's fields."""
-    for cost, name in ((0.0, "cost 0"), (0.1, "P/10")):
-        yield f"inside\n{name}", ("none", "inside", cost)
-        yield f"outside\n{name}", ("none", "outside", cost)
-    yield "declared\ninside", ("declared", "inside", 0.1)
-    yield "declared\noutside", ("declared", "outside", 0.1)
-
-
-def draw_map(charts):
-    limits, _ = read_limits(charts)
-    figure, panels = plt.subplots(1, 2, figsize=(13, 8.4), sharey=True, constrained_layout=True)
-    for axes, device in zip(panels, DEVICES):
-        shares = numpy.full((len(BODIES), 3 * len(list(columns()))), numpy.nan)
-        for i, body in enumerate(BODIES):
-            for j, (_, (declared, start, cost)) in enumerate(columns()):
-                for k, period_s in enumerate(PERIODS_S):
-                    cell = Cell(body, "1x1", device, declared, start, "local", period_s, cost)
-                    if cell in limits:
-                        shares[i, 3 * j + k] = limits[cell] / WALL_N_PER_M[device]
-        # White is the goal, half of what a wall bears.
-        image = axes.imshow(numpy.log2(shares / GOAL), cmap="RdBu", vmin=-3, vmax=3, aspect="auto")
-        for (i, j), share in numpy.ndenumerate(shares):
-            if not numpy.isnan(share):
-                axes.text(j, i, f"{share:.2g}", ha="center", va="center", fontsize=6.5,
-                          color="white" if abs(numpy.log2(share / GOAL)) > 2 else "black")
-        axes.set_xticks([3 * j + 1 for j in range(len(list(columns())))], [name for name, _ in columns()])
-        for j in range(1, len(list(columns()))):
-            axes.axvline(3 * j - 0.5, color="0.4", linewidth=0.8)
-        axes.set_yticks(range(len(BODIES)), BODIES.values())
-        axes.set_title(f"{DEVICES[device]}: 10, 33, 100 ms each", loc="left", fontsize=10, fontweight="bold")
-    bar = figure.colorbar(image, ax=panels, shrink=0.6)
-    bar.set_ticks([-3, -2, -1, 0, 1, 2], labels=["1/16", "1/8", "1/4", "1/2: goal", "1: wall", "2"])
-    figure.suptitle("local: largest stable stiffness over a rigid wall's at 1 kHz; the search ends at 20 kN/m",
                     x=0.01, ha="left", fontsize=12, fontweight="bold")
     return figure
 
@@ -139,8 +98,7 @@ def print_goals(charts):
 
 
 def main():
-    charts, prints = draw_charts(__doc__, {"stability_period": draw_period, "stability_map": draw_map},
-                                 dpi=120, flag=("--goals", "print what share of the cells meets the goal too"))
+    charts, prints = draw_charts(__doc__, {"stability_period": draw_period}, dpi=120, flag=("--goals", "print what share of the cells meets the goal too"))
     if prints:
         print_goals(charts)
 
