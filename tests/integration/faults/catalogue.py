@@ -66,7 +66,7 @@ SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
 RELEASE_IS_LATE = 2000.0  # by processes and threads that end, begin and have no priority
 
-LINEAR = ("--transition", "linear")  # shows the spheres of snapshots, while they come
+HOLD, LINEAR = ("--transition", "hold"), ("--transition", "linear")  # show the spheres of snapshots, while they come
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
@@ -211,15 +211,15 @@ SIMULATION = [
 ]
 
 MEMORY = [
-    Fault("memory", "sphere's place is NaN", scene=BALL, haptic=LINEAR,
+    Fault("memory", "sphere's place is NaN", scene=BALL, haptic=HOLD,
           inject=spoil_sphere(0, 3, float("nan")), zero_ms=FADE),
-    Fault("memory", "sphere's place is 1e30 m", scene=BALL, haptic=LINEAR, inject=spoil_sphere(0, 3, 1e30),
+    Fault("memory", "sphere's place is 1e30 m", scene=BALL, haptic=HOLD, inject=spoil_sphere(0, 3, 1e30),
           zero_ms=FADE),
-    Fault("memory", "sphere's radius is 1e30 m", scene=BALL, haptic=LINEAR,
+    Fault("memory", "sphere's radius is 1e30 m", scene=BALL, haptic=HOLD,
           inject=spoil_sphere(shared_words.RADIUS, 1, 1e30)),
-    Fault("memory", "sphere's radius is NaN", scene=BALL, haptic=LINEAR,
+    Fault("memory", "sphere's radius is NaN", scene=BALL, haptic=HOLD,
           inject=spoil_sphere(shared_words.RADIUS, 1, float("nan")), zero_ms=FADE),
-    Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, haptic=LINEAR, inject=spoil_sphere(12, 3, 1e30),
+    Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, haptic=HOLD, inject=spoil_sphere(12, 3, 1e30),
           may_be_zero=True),
     *(Fault("memory", f"{what} of a block that gives way", scene=BLOCK, inject=inject,
             full_N=BLOCK_N, after_N=BLOCK_N, may_be_zero=True)
