@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "shared/realtime/percentile.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/rendering/force_error.hpp"
+#include "shared/rendering/local_copy.hpp"
 #include "shared/rendering/renderer.hpp"
 #include "shared/rendering/velocity_estimator.hpp"
 #include "sim_server/dynamics/choice/counted_work.hpp"
@@ -129,6 +131,7 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
   const dynamics::SceneLoad load = dynamics::load_of(start.world);
   const publication::SceneView view = simulation.view();
   const auto renderer = rendering::make_renderer(options.transition);
+  const auto local = view.model().empty() ? nullptr : std::make_unique<rendering::LocalCopy>(view);
   FollowedHand tool;
   std::optional<dynamics::ToolSample> sample;
   const auto take_tool = [&sample] { return sample; };
@@ -156,7 +159,8 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
       published.publish(state_of(pose, now_ns));
       simulation.run_to(now_ns, true, take_tool, count);
       if (i % parts != 0) continue;
-      const rendering::ToolForce force = renderer->render(view, pose, now_ns).force;
+      const rendering::ToolForce force =
+          renderer->render(view, pose, now_ns, {}, local.get()).force;
       run.force_N.push_back(force.force_N);
       run.touches.push_back(force.contacts > 0 || force.force_N != Eigen::Vector3d::Zero());
     }

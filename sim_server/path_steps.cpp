@@ -36,6 +36,11 @@ std::uint64_t PathSteps::newest(std::uint64_t now) const {
   return newest;
 }
 
+double PathSteps::ahead_s(std::uint64_t now_ns) const {
+  const std::uint64_t number = newest(now_ns / proto::kPathTick_ns);
+  return static_cast<double>(number - std::min(number, number_)) * dynamics::kTick_s;
+}
+
 dynamics::StepReport PathSteps::step_until(std::uint64_t now_ns, dynamics::Simulation& simulation,
                                            const dynamics::Budget& budget) {
   const std::uint64_t number = newest(now_ns / proto::kPathTick_ns);

@@ -23,6 +23,9 @@ class PathSteps {
   /// Adds the new samples of a hand's tool to its path; null: the tool is away from now on.
   void follow(std::size_t hand, const publication::ToolView* tool);
 
+  /// Returns how far step_until() would step.
+  [[nodiscard]] double ahead_s(std::uint64_t now_ns) const;
+
   /// Steps as far as now_ns and the tools' newest samples, or until the budget is spent.
   dynamics::StepReport step_until(std::uint64_t now_ns, dynamics::Simulation& simulation,
                                   const dynamics::Budget& budget);

@@ -114,9 +114,12 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const realtime::PeriodicTimer::Wake wake = timer.wait(&stop);
     if (stop) break;
     report.late_steps += wake.skipped;
-    const dynamics::Budget budget = budget_of(scene.period_s, stop);
     for (std::size_t hand = 0; paths && hand < take_tools.size(); ++hand)
       paths->follow(hand, session.hands()[hand].living_tool());
+    // A step makes up for a stall, but readers do not wait for it longer than this.
+    constexpr double kLongestStep_s = 0.1;
+    const double ahead_s = paths ? std::min(paths->ahead_s(wake.now_ns), kLongestStep_s) : 0.0;
+    const dynamics::Budget budget = budget_of(std::max(scene.period_s, ahead_s), stop);
     const dynamics::StepReport step = paths ? paths->step_until(wake.now_ns, simulation, budget)
                                             : simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) break;

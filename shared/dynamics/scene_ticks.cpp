@@ -77,4 +77,13 @@ void SceneTicks::load(std::span<const std::byte> block) {
   time_s_ = time_s;
 }
 
+void SceneTicks::warm_up() {
+  std::vector<std::byte> block;
+  save(block);
+  step({});
+  load(block);
+  step({});
+  load(block);
+}
+
 }  // namespace stillgrid::dynamics

@@ -39,6 +39,8 @@ class SceneTicks {
   /// Engine::save() and Engine::load().
   void save(std::vector<std::byte>& block) const;
   void load(std::span<const std::byte> block);
+  /// Goes through a tick and back, so that later ticks and loads find their memory.
+  void warm_up();
 
   [[nodiscard]] Engine& engine() noexcept { return *engine_; }
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }

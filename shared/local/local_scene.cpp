@@ -54,6 +54,7 @@ LocalScene::LocalScene(const dynamics::SceneModel& model, std::size_t own_hand)
       poses_(model.hands),
       passed_(kPassed) {
   if (own_hand >= model.hands) throw std::invalid_argument("the model has no such hand");
+  for (Copy& copy : copies_) copy.ticks.warm_up();
 }
 
 std::optional<dynamics::ToolPose> LocalScene::Tool::pose_at(std::uint64_t tick) const noexcept {

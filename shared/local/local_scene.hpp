@@ -63,6 +63,8 @@ class LocalScene {
 
   /// Whether the copy had this state at that tick: the snapshot confirms it.
   [[nodiscard]] bool confirms(std::uint64_t tick, std::uint64_t hash) const noexcept;
+  /// Ends both copies: a snapshot came without a state.
+  void end() noexcept { copies_[0].is_begun = copies_[1].is_begun = false; }
   /// Begins a second copy from the state that a snapshot has of that tick. Returns whether the
   /// state is one of this model.
   bool begin_at(std::uint64_t tick, std::span<const std::byte> state);

@@ -57,17 +57,24 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
 void LocalRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                            const collision::GridView& moving) noexcept {
   const bool is_new = latest.snapshot_id != reader().snapshot().snapshot_id;
+  lacks_state_ =
+      scene.local != nullptr && !scene.local->is_given() && is_new && latest.state_bytes == 0;
   has_state_ =
       scene.local != nullptr && is_new && latest.state_bytes > 0 &&
       !std::visit(
           [&](const auto& local) { return local.confirms(latest.state_tick, latest.state_hash); },
           scene.local->scene());
   if (has_state_) scene.view.copy_state(moving.words, latest, scene.local->loaded());
-  if (!now_.is_known || scene.local->is_given()) SnapshotRenderer::gather(scene, latest, moving);
+  if (!now_.is_known || lacks_state_ || scene.local->is_given())
+    SnapshotRenderer::gather(scene, latest, moving);
 }
 
 void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                          RenderedTick& tick) noexcept {
+  if (look.accepted() && lacks_state_) {  // its ticks are too long there, or it is too large
+    std::get<local::LocalScene>(scene.local->scene()).end();
+    now_.is_known = false;
+  }
   if (look.accepted() && has_state_)
     std::visit(
         [&](auto& local) {

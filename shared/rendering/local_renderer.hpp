@@ -24,9 +24,10 @@ class LocalRenderer final : public SnapshotRenderer {
   void show(const TickScene& scene, const publication::SnapshotLook& look,
             RenderedTick& tick) noexcept override;
 
-  local::Advance now_;      // how the copy came to this tick
-  bool was_local_ = false;  // in the tick before
-  bool has_state_ = false;  // the gathered snapshot has one that the copy was not in
+  local::Advance now_;        // how the copy came to this tick
+  bool was_local_ = false;    // in the tick before
+  bool has_state_ = false;    // the gathered snapshot has one that the copy was not in
+  bool lacks_state_ = false;  // the gathered snapshot has none
 };
 
 }  // namespace stillgrid::rendering

@@ -118,7 +118,7 @@ TEST_CASE("A reader sees a tick, and the spheres where that tick displayed them"
 
   publish(publisher, 3);  // which the tick does not display yet
   REQUIRE(reader.displayed(spheres));
-  CHECK(spheres.positions[1] == 0.5F);  // of the history there is the newer of its two
+  CHECK(spheres.positions[1] == 0.375F);  // the same place, told by the later history
   for (int n = 4; n < 8; ++n) publish(publisher, n);
   CHECK_FALSE(reader.displayed(spheres));  // it is forgotten
   writer.publish(tick(8, state.scene_epoch + 1, 7, 1.0));

@@ -1,0 +1,55 @@
+// The shipped scenes under their own hands: the force is that of 1 kHz at every rate of snapshots.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <string>
+
+#include "sim_server/scene/scene_file.hpp"
+#include "tests/laboratory/lab.hpp"
+
+namespace stillgrid::laboratory::local_scenes_test {
+namespace {
+
+LabRun run_at(scene::SceneDescription scene, double rate_hz, double latency_share, double jitter) {
+  scene.period_s = 1.0 / rate_hz;
+  LabOptions options;
+  options.device = "replay:file=" + scene.hand->file.string();
+  options.latency_s = latency_share * scene.period_s;
+  options.jitter = jitter;
+  options.seed = 5;
+  options.duration_s = 1.5;
+  return run_lab(scene, options);
+}
+
+/// Ticks of which the force differs by a bit, once the first snapshot has come.
+std::size_t differing(const LabRun& a, const LabRun& b, std::size_t from) {
+  std::size_t count = 0;
+  for (std::size_t i = from; i < a.rows.size(); ++i)
+    if (a.rows[i].rendered_N != b.rows[i].rendered_N) ++count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("A shipped scene's force is equal to the bit at 1 kHz and at 10, 33 and 100 Hz") {
+  const std::string name = GENERATE("laparoscopy", "moving_sphere", "organ", "pendulum_chain",
+                                    "sewn_ball", "threads", "tissue_and_blocks", "wall");
+  CAPTURE(name);
+  const scene::SceneDescription scene = scene::load_scene(
+      std::string(STILLGRID_SOURCE_DIR) + "/sim_server/scene/scenes/" + name + ".toml");
+  const LabRun truth = run_at(scene, 1000.0, 0.0, 0.0);
+  REQUIRE(truth.rows.size() == 1500);
+  double felt_N = 0.0;
+  for (const recording::TickRow& row : truth.rows) felt_N = std::max(felt_N, row.rendered_N.norm());
+  for (const double rate_hz : {10.0, 33.0, 100.0}) {
+    CAPTURE(rate_hz);
+    const LabRun run = run_at(scene, rate_hz, 1.5, 0.4);
+    REQUIRE(run.rows.size() == truth.rows.size());
+    CHECK(run.report.local > 1400);
+    CHECK(differing(truth, run, 0) == 0);
+  }
+  if (name == "wall" || name == "tissue_and_blocks") CHECK(felt_N > 0.1);
+}
+
+}  // namespace stillgrid::laboratory::local_scenes_test
