@@ -99,8 +99,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
   const publication::SceneView own_view = simulation.view();
   const publication::ToolView tool_view = tool_of(simulation.session());
-  if (!options.network && options.transition == display::Transition::kLocal)
-    simulation.follow(tool_view);
+  if (!options.network && !options.steps_by_samples) simulation.follow(tool_view);
   const std::unique_ptr<Network> network = network_of(scene, options, simulation);
   const publication::SceneView& scene_view = network ? network->view() : own_view;
   const auto local =

@@ -23,9 +23,10 @@ struct LabOptions {
   const Rival* rival = nullptr;  // none: the product's grid, with its transition
   display::Transition transition = display::Transition::kLocal;
   double tick_rate_hz = 1000.0;
-  double latency_s = 0.0;  // virtual cost of a step
-  double jitter = 0.0;     // of the simulation's periods
-  std::uint64_t seed = 1;  // of jitter and network
+  double latency_s = 0.0;         // virtual cost of a step
+  double jitter = 0.0;            // of the simulation's periods
+  bool steps_by_samples = false;  // the simulation takes the newest sample once a step
+  std::uint64_t seed = 1;         // of jitter and network
   /// Between the two sides; none: both share memory.
   std::optional<NetworkOptions> network = {};
   double duration_s = 10.0;

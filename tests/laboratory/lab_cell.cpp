@@ -153,6 +153,7 @@ LabOptions options_of(const LabCell& cell) {
                      .transition = *transition,
                      .latency_s = cell.latency_share * cell.period_s,
                      .jitter = cell.jitter,
+                     .steps_by_samples = cell.steps_by_samples,
                      .seed = cell.seed,
                      .duration_s = cell.duration_s};
   if (cell.network.is_felt()) options.network = cell.network;

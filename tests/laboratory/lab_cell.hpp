@@ -26,8 +26,9 @@ struct LabCell {
   double period_s = 0.01;      // of the simulation
   double latency_share = 0.0;  // what a step costs, of the period
   double jitter = 0.0;
-  NetworkOptions network = {};  // both sides share memory where it does nothing
-  std::uint64_t seed = 1;       // of jitter and network
+  bool steps_by_samples = false;  // as LabOptions
+  NetworkOptions network = {};    // both sides share memory where it does nothing
+  std::uint64_t seed = 1;         // of jitter and network
   int seeds = 8;                // of a verdict: seed and those after it, the worst of which counts
   double resolution_m = 30e-6;  // of the encoders, and
   double device_friction_N = 0.0;          // of light, hand and none that declare no limits

@@ -128,7 +128,10 @@ TEST_CASE("Over a body that comes on evenly hold and linear make what their lag 
         sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
     scene.tool = {{Eigen::Vector3d::Zero(), kContactDistance_m - 0.01}};
     scene.period_s = kPeriod_s;
-    const LabOptions options{.device = {}, .transition = transition, .duration_s = 2.9};
+    const LabOptions options{.device = {},
+                             .transition = transition,
+                             .steps_by_samples = true,
+                             .duration_s = 2.9};
     const Pressed pressed =
         press(scene, pressing_path(seed, kContactDistance_m + 0.001, 2.9), options);
     const LabRun& run = pressed.run;
@@ -199,6 +202,7 @@ TEST_CASE("The account books what moved a free body, however late its snapshots 
                              .transition = loop.transition,
                              .latency_s = loop.latency_s,
                              .jitter = loop.jitter,
+                             .steps_by_samples = true,
                              .seed = seed,
                              .duration_s = 2.7};
     const Pressed pressed = press(scene, pressing_path(seed, 0.0, 2.7), options);

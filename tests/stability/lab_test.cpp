@@ -77,7 +77,7 @@ TEST_CASE(
     "On a wall that stays the limit does not depend on the rate of snapshots nor on how they "
     "follow one another",
     "[lab]") {
-  LabCell cell = exact_cell("wall", "light", GENERATE("hold", "linear", "extrapolate"));
+  LabCell cell = exact_cell("wall", "light", GENERATE("hold", "linear", "local"));
   for (const double period_s : {0.001, 0.01, 0.033, 0.1}) {
     cell.period_s = period_s;
     const double ratio = limit_ratio(cell, 10084.9);
@@ -90,6 +90,7 @@ TEST_CASE(
 double ratio_to_analysis(const std::string& body, const std::string& device, double latency_share,
                          const std::string& transition, double analysed_N_per_m) {
   LabCell cell = exact_cell(body, device, transition);
+  cell.steps_by_samples = true;
   cell.period_s = 0.033;
   cell.latency_share = latency_share;
   return limit_ratio(cell, analysed_N_per_m);
@@ -114,7 +115,7 @@ TEST_CASE("The laboratory loses hold and linear where the two-rate analysis says
 TEST_CASE("The tool comes to rest on every body, in contact, by every tool", "[lab]") {
   const std::string scene = GENERATE("wall", "free:0.02", "free:5", "row", "chain", "spring",
                                      "pinch", "block", "floor", "soft");
-  LabCell cell = exact_cell(scene, "hand", "hold");
+  LabCell cell = exact_cell(scene, "hand", "local");
   cell.tool = scene == "block" ? "1x1" : GENERATE("1x1", "2x2", "3x1");
   cell.from =
       stands_alone(*lab_body_named(scene.substr(0, scene.find(':')))) ? "outside" : "inside";
@@ -185,7 +186,7 @@ TEST_CASE(
     CHECK(metrics.error.rms_at_lag_N == Approx(kStep_N / std::sqrt(12.0)).epsilon(0.02));
     CHECK(metrics.plateau.share == 1.0);
   } else {
-    CHECK(metrics.switches.jump_N.max < 1e-3 * kStep_N);
+    CHECK(metrics.switches.jump_N.max < 0.011 * kStep_N);  // the motion of a tick
     CHECK(metrics.error.lag_s == Approx(0.1).margin(0.002));
     CHECK(metrics.error.rms_at_lag_N < 0.02 * kStep_N);
   }
