@@ -98,6 +98,8 @@ Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere, const Sce
 
 ContactListing::ContactListing(const Description& description)
     : description_(description), candidates_(kKinds + 2 * kKinds * kKinds) {
+  constexpr std::size_t kReserved = 8;  // pairs of a sphere: which kinds will touch is not known
+  for (auto& group : candidates_) group.reserve(kReserved * description.spheres.size());
   // Balls are alone on their body, and feel contacts and gravity only.
   std::vector<int> spheres(description.rigid_bodies.size());
   for (const Description::Sphere& sphere : description.spheres)

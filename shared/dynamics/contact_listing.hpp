@@ -218,7 +218,8 @@ class ContactListing {
   std::span<const std::uint8_t> sleeps_, rigid_sleeps_;  // spheres, rigid bodies
   std::vector<SleepingContact> sleeping_contacts_;
   std::vector<Lane> sleeper_lanes_;
-  bool is_sleep_new_ = false;  // since the last listing
+  mutable std::vector<std::uint8_t> seen_;  // scratch of check()
+  bool is_sleep_new_ = false;               // since the last listing
 };
 
 }  // namespace stillgrid::dynamics

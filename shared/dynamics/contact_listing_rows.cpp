@@ -53,6 +53,7 @@ void ContactListing::remember() {
     for (const SleepingContact& contact : sleeping_contacts_) ++first_known_[at(contact.first) + 1];
   for (std::size_t s = 1; s < first_known_.size(); ++s) first_known_[s] += first_known_[s - 1];
   known_.resize(at(first_known_.back()));
+  sleeping_contacts_.reserve(known_.capacity());
   each([&](const Key& key, std::size_t row, std::size_t lane) {
     const ContactHistory history = history_of(rows_.rows[row], rows_.places[row], lane);
     known_[at(first_known_[at(key.first)]++)] = {key.second,
@@ -86,6 +87,7 @@ void ContactListing::add_sleepers() {
 
 void ContactListing::list_sleeper_lanes() {
   sleeper_lanes_.clear();
+  sleeper_lanes_.reserve(kRowLanes * rows_.rows.capacity());
   if (sleeps_.empty()) return;
   const auto sleeps_b = [&](std::int32_t b) {
     return is_field(b) ? rigid_sleeps(field_of(b).rigid) : sleeps(order_[at(b)]);

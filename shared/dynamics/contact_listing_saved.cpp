@@ -16,9 +16,10 @@ void require(bool is_right) {
   if (!is_right) throw std::invalid_argument("the block is not a listing of this scene");
 }
 
-/// Whether the numbers are 0 to size - 1, each once.
-bool is_permutation(const std::vector<std::int32_t>& numbers, std::size_t size) {
-  std::vector<std::uint8_t> seen(size);
+/// Whether the numbers are 0 to size - 1, each once. seen: scratch.
+bool is_permutation(const std::vector<std::int32_t>& numbers, std::size_t size,
+                    std::vector<std::uint8_t>& seen) {
+  seen.assign(size, 0);
   for (const std::int32_t number : numbers) {
     if (number < 0 || at(number) >= size || seen[at(number)] != 0) return false;
     seen[at(number)] = 1;
@@ -30,7 +31,7 @@ bool is_permutation(const std::vector<std::int32_t>& numbers, std::size_t size) 
 
 void ContactListing::check_rows(const Saved& saved) const {
   const std::size_t spheres = description_.spheres.size(), lanes = saved.sphere_a.size();
-  require(saved.base.size() == spheres && is_permutation(saved.order, spheres));
+  require(saved.base.size() == spheres && is_permutation(saved.order, spheres, seen_));
   for (const Vector4& base : saved.base)
     require(std::isfinite(base.x + base.y + base.z) && base.w > 0.0 && std::isfinite(base.w));
   require(lanes % kRowLanes == 0 && saved.sphere_b.size() == lanes &&

@@ -103,13 +103,14 @@ void NearPairs::choose_grid(std::span<const Vector4> balls) {
     corner_m_[static_cast<std::size_t>(k)] = mean - wide;
     extent[static_cast<std::size_t>(k)] = 2.0 * wide;
   }
-  const double most = 4.0 * static_cast<double>(balls.size()) + 64.0;
+  const std::size_t most = 4 * balls.size() + 64;
+  cells_.start.reserve(most + 1);
   const auto along = [&](std::size_t k) {
     return static_cast<int>(std::min<double>(kMaxCellsPerAxis - 4, extent[k] / width_m_)) + 3;
   };
   while (true) {
     const double cells = double(along(0)) * double(along(1)) * double(along(2));
-    if (cells <= most) break;
+    if (cells <= static_cast<double>(most)) break;
     width_m_ *= 1.25;
   }
   width_m_ *= 1.0 + kRounding;

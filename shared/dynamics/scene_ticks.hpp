@@ -62,6 +62,7 @@ class SceneTicks {
 
  private:
   void aim(const Tick& tick);
+  void draw(double share, const SceneState& start);
 
   std::vector<PrescribedMotion> prescribed_;
   std::size_t hands_;

@@ -57,7 +57,8 @@ class BudgetTest(daemons.SessionTest):
         # Without a clock most steps take longer than their period.
         self.assertGreater(daemons.read_report(unbound)["step_ms"]["p50"], 1e3 / RATE_HZ)
         report = daemons.read_report(bound)
-        self.assertGreater(report["solver"]["out_of_budget"], 0.3 * report["steps"])
+        # A step makes up for what is missing, until its budget ends it.
+        self.assertGreater(report["solver"]["out_of_budget"], 0)
         self.assertEqual(report["snapshots"], report["steps"] + 1)
         self.assertIn("out of time or iterations", "".join(sim_server.lines()))
 

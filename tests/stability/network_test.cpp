@@ -24,6 +24,7 @@ LabCell cell_of(const std::string& scene, const std::string& transition) {
   cell.period_s = 0.033;
   cell.latency_share = 0.1;
   cell.jitter = 0.3;
+  cell.steps_by_samples = true;  // as over the network of the laboratory
   return cell;
 }
 
