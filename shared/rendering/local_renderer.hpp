@@ -27,7 +27,7 @@ class LocalRenderer final : public SnapshotRenderer {
   local::Advance now_;        // how the copy came to this tick
   bool was_local_ = false;    // in the tick before
   bool has_state_ = false;    // the gathered snapshot has one that the copy was not in
-  bool lacks_state_ = false;  // the gathered snapshot has none
+  bool lacks_state_ = false;  // the gathered snapshot is without state
 };
 
 }  // namespace stillgrid::rendering

@@ -87,8 +87,7 @@ class Tick {
     std::vector<proto::FieldRecord> fields(view_.moving_fields());
     for (proto::FieldRecord& field : fields)
       collision::fill_history(field, scene_.fields[0].body.rest);
-    writer_.publish(snapshot, {.state_ns = kPeriod_ns, .publish_ns = kPeriod_ns},
-                    {.period_ns = kPeriod_ns}, fields);
+    writer_.publish(snapshot, {.state_ns = kPeriod_ns, .publish_ns = kPeriod_ns}, fields);
   }
   ~Tick() {
     ::unlink(

@@ -128,10 +128,8 @@ TEST_CASE("Over a body that comes on evenly hold and linear make what their lag 
         sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
     scene.tool = {{Eigen::Vector3d::Zero(), kContactDistance_m - 0.01}};
     scene.period_s = kPeriod_s;
-    const LabOptions options{.device = {},
-                             .transition = transition,
-                             .steps_by_samples = true,
-                             .duration_s = 2.9};
+    const LabOptions options{
+        .device = {}, .transition = transition, .steps_by_samples = true, .duration_s = 2.9};
     const Pressed pressed =
         press(scene, pressing_path(seed, kContactDistance_m + 0.001, 2.9), options);
     const LabRun& run = pressed.run;
