@@ -148,7 +148,7 @@ export class Plots {
       most = Math.max(most, age_s[i]);
       if (i > begin && snapshot_id[i] !== snapshot_id[i - 1]) marks.push(time_s[i]);
     }
-    const top = this.#top('age', 1000 * most, 20);
+    const top = this.#top('age', 1000 * most, 0.5);
     this.age.begin(from_s, to_s, 0, top);
     this.age.grid([0, top / 2, top]);
     this.age.line(time_s, begin, end, (i) => 1000 * age_s[i], 'age');
