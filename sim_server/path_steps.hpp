@@ -32,8 +32,8 @@ class PathSteps {
 
   /// Returns the moment of the state.
   [[nodiscard]] std::uint64_t time_ns() const noexcept { return number_ * proto::kPathTick_ns; }
-  /// Returns the state after the last step_until(), for SceneWriter::publish(). It is empty if a
-  /// tick was too long for a tick of the hand.
+  /// Returns the state after the last step_until(), for SceneWriter::publish(). It is empty if
+  /// the last tick was too long for a tick of the hand.
   [[nodiscard]] publication::SnapshotState state() const noexcept {
     if (is_too_long_) return {};
     return {.bytes = state_, .tick = number_, .hash = hash_};

@@ -91,6 +91,8 @@ class Engine {
   /// Substeps of the last tick: as many as the stiffness of springs and joints asks for, or more
   /// where spheres meet at high speed.
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
+  /// Returns the substeps that stiffness asks for in the next tick.
+  [[nodiscard]] int needed_substeps(double tick_s) { return substeps_by_stiffness(tick_s); }
   /// Figures of the last tick by a CoupledStep.
   [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.

@@ -62,6 +62,11 @@ double SceneTicks::counted_ns() const noexcept {
                          static_cast<double>(engine_->solve().products), rows);
 }
 
+double SceneTicks::next_counted_ns() {
+  const auto rows = static_cast<double>(engine_->listing().rows().rows.size());
+  return counted_tick_ns(counts_, engine_->needed_substeps(kTick_s), 0.0, rows);
+}
+
 void SceneTicks::save(std::vector<std::byte>& block) const {
   engine_->save(block);
   block.resize(block.size() + sizeof time_s_);

@@ -47,6 +47,8 @@ class SceneTicks {
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
   /// Returns the counted time of the last tick; see counted_tick_ns().
   [[nodiscard]] double counted_ns() const noexcept;
+  /// Returns that of the next tick by small steps, as far as it is known before.
+  [[nodiscard]] double next_counted_ns();
   void set_time(double time_s) noexcept { time_s_ = time_s; }
   void set_prescribed(std::size_t body, const PrescribedMotion& motion) {
     prescribed_[body] = motion;

@@ -85,7 +85,9 @@ bool LocalScene::begin_at(std::uint64_t tick, std::span<const std::byte> state) 
   } catch (const std::exception&) {
     return false;
   }
-  if (!is_plausible(next.ticks.engine().state())) return false;
+  if (!is_plausible(next.ticks.engine().state()) ||
+      next.ticks.next_counted_ns() > 2.0 * dynamics::kLongestTick_ns)
+    return false;
   next.tick = tick;
   next.is_begun = true;
   note(next);

@@ -44,10 +44,11 @@ void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   now_ = {};
   if (scene.local == nullptr) return;
   const std::uint64_t tick = path_number(scene.now_ns);
-  const auto& [position_m, orientation, velocity_m_s, turning_rad_s] = scene.pose;
+  const dynamics::PathPose pose{
+      {scene.pose.position_m, scene.pose.orientation, scene.pose.velocity_m_s}, tick};
   now_ = std::visit(
       [&](auto& local) {
-        local.add_to_path({{position_m, orientation, velocity_m_s}, tick});
+        local.add_to_path(pose);
         follow_others(scene, local);
         return local.advance_to(tick);
       },

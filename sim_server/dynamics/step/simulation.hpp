@@ -39,12 +39,12 @@ struct SolveReport {
 struct StepReport {
   SolveReport solve;  // iterations of all ticks, the worst residual
   int ticks = 0, substeps = 0;
-  bool out_of_budget = false;       // ticks of the step are left out: time runs late
-  bool stopped = false;             // by the budget: the world is as it was
-  int crossings_left = 0;           // parts in which spheres may have passed through one another
-  int contacts = 0;                 // that touch at the step's end
-  int sleeping_spheres = 0;         // at the step's end
-  double longest_counted_ns = 0.0;  // the longest tick, by counts
+  bool out_of_budget = false;    // ticks of the step are left out: time runs late
+  bool stopped = false;          // by the budget: the world is as it was
+  int crossings_left = 0;        // parts in which spheres may have passed through one another
+  int contacts = 0;              // that touch at the step's end
+  int sleeping_spheres = 0;      // at the step's end
+  double last_counted_ns = 0.0;  // the last tick, by counts
   std::array<ToolReport, proto::kMaxHands> tools{};  // by hand
   std::chrono::nanoseconds integrate{};
 
