@@ -96,8 +96,8 @@ bool BodyPushes::find_near(publication::MovingRecords& moving, const Ball& ball,
 void BodyPushes::group() noexcept {
   const auto order = [](const Near& near) { return std::tuple(near.body, near.sphere); };
   std::ranges::sort(near_, {}, order);
-  const auto repeated = std::ranges::unique(near_, {}, order);
-  near_.erase(repeated.begin(), repeated.end());
+  const auto is_same = [&](const Near& a, const Near& b) { return order(a) == order(b); };
+  near_.erase(std::unique(near_.begin(), near_.end(), is_same), near_.end());
   std::ranges::sort(near_, {}, [](const Near& near) {
     return std::tuple(near.body, near.distance_m, near.sphere);
   });

@@ -15,6 +15,7 @@
 #include "shared/dynamics/tool_path.hpp"
 #include "shared/publication/moving_records.hpp"
 #include "shared/rendering/local_renderer.hpp"
+#include "shared/tools/scene_relay/sequence.hpp"
 #include "shared/tools/scene_relay/shown_scene.hpp"
 #include "shared/tools/scene_relay/shown_tool.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
