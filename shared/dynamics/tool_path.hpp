@@ -31,6 +31,8 @@ class TickPath {
   static constexpr std::uint64_t kLongestGap = 100;  // ticks from one sample to the next
 
   TickPath() : samples_(kLength) {}
+  /// Forgets all samples. Realtime: yes.
+  void clear() noexcept { count_ = 0; }
 
   /// Adds a sample and normalises its orientation. Drops the oldest sample if there are kLength.
   /// Ignores a sample whose number is not above the newest one's. Pre: its numbers are finite, its

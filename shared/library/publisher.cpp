@@ -229,7 +229,7 @@ void Publisher::follow_tools() {
     paths_[hand].led_on_ticks = 0;
     if (tool == nullptr) continue;
     if (std::exchange(hands_[hand].epoch, tool->header().epoch) != tool->header().epoch)
-      paths_[hand].path = {};
+      paths_[hand].path.clear();
     dynamics::follow(tool->path(), paths_[hand].path);
     const std::uint64_t between = tool->header().period_ns / proto::kPathTick_ns;
     paths_[hand].led_on_ticks = is_virtual() ? std::min(between, kLedOn) : kLedOn;

@@ -1,6 +1,7 @@
 #include "shared/publication/session.hpp"
 
 #include <chrono>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -100,7 +101,8 @@ bool LockstepPeers::wait(std::uint64_t proto::SegmentHeader::*promise, std::uint
       is_late = until_ns != proto::kNever && monotonic_ns() >= until_ns;
       return !is_late && peer.reader().writer_alive();
     };
-    const WaitResult result = wait_for_promise(word, value, still_there, stop_);
+    const WaitResult result =
+        wait_for_promise(std::cref(word), value, std::cref(still_there), stop_);
     if (result == WaitResult::kPeerGone && !is_late)
       throw SegmentError("the haptic_server" + of_hand(hand) +
                          " died; lockstep cannot go on without it");
