@@ -70,7 +70,7 @@ dynamics::StepReport PathSteps::step_until(std::uint64_t now_ns, dynamics::Simul
       simulation.step(step_s, samples, budget, {.number = number_, .tools = poses});
   number_ += static_cast<std::uint64_t>(report.ticks);
   hash_ = simulation.save_state(state_);
-  is_too_long_ = report.last_counted_ns > 2.0 * dynamics::kLongestTick_ns;
+  is_too_long_ = report.last_counted_ns > dynamics::kLongestTickWithContacts_ns;
   return report;
 }
 

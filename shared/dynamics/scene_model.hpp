@@ -46,8 +46,9 @@ struct TickCounts {
 /// The same of a model's ticks without contacts: as many substeps as it needs at the start, or 30
 /// products.
 [[nodiscard]] double counted_tick_ns(const SceneModel& model);
-/// The longest tick that fits into a tick of the hand. A tick with contacts may take twice as long.
+/// The longest ticks that fit into a tick of the hand, without contacts and with them.
 inline constexpr double kLongestTick_ns = 250'000.0;
+inline constexpr double kLongestTickWithContacts_ns = 2.0 * kLongestTick_ns;
 
 /// Returns the model as bytes. They hold all of its fields but their distances.
 [[nodiscard]] std::vector<std::byte> encode(const SceneModel& model);

@@ -51,7 +51,8 @@ std::optional<ToolPose> led_on_pose(const TickPath& path, std::uint64_t n,
   const std::uint64_t led_on = n - std::min(n, path.newest().value_or(n));
   if (led_on > led_on_ticks) return std::nullopt;
   std::optional<ToolPose> pose = path.pose_at(n - led_on);
-  if (pose) pose->position_m += static_cast<double>(led_on) * kTick_s * pose->velocity_m_s;
+  if (pose && led_on > 0)
+    pose->position_m += static_cast<double>(led_on) * kTick_s * pose->velocity_m_s;
   return pose;
 }
 

@@ -1,17 +1,23 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "shared/dynamics/tool_path.hpp"
 #include "shared/local/given_bodies.hpp"
-#include "shared/local/local_scene.hpp"
+#include "shared/local/scene_copies.hpp"
 
 namespace stillgrid::local {
+
+/// A copy that begins from a snapshot's bodies.
+struct GivenCopy {
+  explicit GivenCopy(const GivenModel& model) : bodies(model) {}
+  [[nodiscard]] bool is_plausible() const noexcept { return bodies.is_plausible(); }
+  GivenBodies bodies;
+  std::uint64_t tick = 0, began = 0;
+  bool is_begun = false;
+};
 
 /// The bodies near the tools of a publisher's scene, which go on from its snapshots along the paths
 /// that the tools take. LocalScene is the same of a scene of our engine. The publisher's own engine
@@ -20,22 +26,11 @@ namespace stillgrid::local {
 /// period. A copy stops two periods after its state.
 ///
 /// Thread: one. Realtime: yes, but for the constructor, which allocates.
-class GivenScene {
+class GivenScene : public SceneCopies<GivenCopy> {
  public:
   /// Decodes a model of a session's hands, of which this process has one. Throws
   /// std::invalid_argument where it is not sound, or has another number of hands.
   GivenScene(std::span<const std::byte> model, std::size_t hands, std::size_t own_hand);
-
-  /// See LocalScene.
-  void add_to_path(const dynamics::PathPose& pose) noexcept { tools_[own_hand_].path.add(pose); }
-  template <class View>
-  void follow(std::size_t hand, const View& path, std::uint64_t led_on_ticks) noexcept {
-    dynamics::follow(path, tools_[hand].path);
-    tools_[hand].led_on_ticks = led_on_ticks;
-  }
-  void leave(std::size_t hand) noexcept { tools_[hand].led_on_ticks = 0; }
-  [[nodiscard]] std::size_t own_hand() const noexcept { return own_hand_; }
-  [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
 
   /// Whether a snapshot's state of that tick is not wanted: one that is as new was begun, or a copy
   /// is on its way.
@@ -46,34 +41,15 @@ class GivenScene {
   Advance advance_to(std::uint64_t tick) noexcept;
 
   /// The bodies at the tick of the last advance_to(). Pre: they were known there.
-  [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown_->bodies; }
+  [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown().bodies; }
   /// Returns the place where sphere i of bodies().spheres() is shown then.
   [[nodiscard]] Eigen::Vector3d position_m(std::size_t i) const noexcept;
 
  private:
-  struct Copy {
-    explicit Copy(const GivenModel& model) : bodies(model) {}
-    GivenBodies bodies;
-    std::uint64_t tick = 0, began = 0;
-    bool is_begun = false;
-  };
-  struct Tool {
-    dynamics::TickPath path;
-    std::uint64_t led_on_ticks = 0;
-  };
   GivenScene(const GivenModel& model, std::size_t hands, std::size_t own_hand);
-  [[nodiscard]] Copy& other() noexcept { return copies_[shown_ == &copies_[0] ? 1 : 0]; }
-  [[nodiscard]] const Copy& other() const noexcept {
-    return copies_[shown_ == &copies_[0] ? 1 : 0];
-  }
-  void step(Copy& copy) noexcept;
-  void shift(const Copy& next) noexcept;
+  void step(GivenCopy& copy) noexcept;
+  void shift() noexcept;
 
-  std::array<Copy, 2> copies_;
-  Copy* shown_ = &copies_[0];
-  std::vector<Tool> tools_;  // one a hand
-  std::size_t own_hand_;
-  std::vector<std::optional<dynamics::ToolPose>> poses_;  // in a tick, by hand
   GivenState decoded_;
   std::vector<Eigen::Vector3d> shifts_m_, next_shifts_m_;  // one a shown sphere, at the last swap
   std::uint64_t swapped_ = 0;                              // its tick
