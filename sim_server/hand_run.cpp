@@ -62,13 +62,6 @@ double work_of_step(const dynamics::SceneLoad& load, const scene::SceneDescripti
        .contacts = static_cast<double>(report.contacts)});
 }
 
-publication::ToolView tool_of(const std::string& session) {
-  auto reader =
-      publication::SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
-  if (!reader) throw publication::SegmentError("the session '" + session + "' is gone");
-  return publication::ToolView(std::move(*reader));
-}
-
 proto::ToolState state_of(const rendering::ToolPose& pose, std::uint64_t now_ns) {
   const auto array = [](const Eigen::Vector3d& v) { return std::array{v.x(), v.y(), v.z()}; };
   const Eigen::Quaterniond& q = pose.orientation;
@@ -126,7 +119,8 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
                                 {scene.period_s, 0.0, 1, options.latency_s, options.first_share},
                                 {}, start.contacts);
   publication::ToolWriter published(simulation.session(), kTick_ns, proto::Clock::kVirtual, 0);
-  const publication::ToolView followed = tool_of(simulation.session());
+  const publication::ToolView followed(publication::SegmentReader::require(
+      simulation.session(), proto::SegmentKind::kTool, proto::kToolLayoutHash));
   simulation.follow(followed);
   const dynamics::SceneLoad load = dynamics::load_of(start.world);
   const publication::SceneView view = simulation.view();

@@ -29,17 +29,15 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
   simulation_.set_contact_state(contacts);
-  if (can_be_local(scene, simulation_)) paths_.emplace(simulation_, 0);
+  if (writer_.scene().model_bytes > 0) paths_.emplace(simulation_, 0);
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0},
                   simulation_.field_records(),
                   paths_ ? paths_->state() : publication::SnapshotState());
 }
 
 publication::SceneView LockstepSimulation::view() const {
-  auto reader = publication::SegmentReader::open(session_, proto::SegmentKind::kScene,
-                                                 proto::kSceneLayoutHash);
-  if (!reader) throw publication::SegmentError("the session '" + session_ + "' is gone");
-  return publication::SceneView(std::move(*reader));
+  return publication::SceneView(publication::SegmentReader::require(
+      session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
 void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,

@@ -38,8 +38,8 @@ class LockstepSimulation {
                      LockstepSchedule schedule, CostClock now_s = {},
                      std::span<const std::byte> contacts = {});
 
-  /// Steps of a scene that can_be_local() keep to that tool's path, and snapshots have the state.
-  /// Pre: before run_to(); the view outlives this.
+  /// Steps of a scene whose static_scene() has a model keep to that tool's path, and snapshots have
+  /// the state. Pre: before run_to(); the view outlives this.
   void follow(const publication::ToolView& tool) noexcept { tool_ = &tool; }
 
   /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
@@ -68,7 +68,7 @@ class LockstepSimulation {
   std::string session_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
-  std::optional<PathSteps> paths_;               // there if the scene can_be_local()
+  std::optional<PathSteps> paths_;               // there if static_scene() has a model
   const publication::ToolView* tool_ = nullptr;  // to follow
   publication::SceneWriter writer_;
   LockstepSchedule schedule_;

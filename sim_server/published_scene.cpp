@@ -41,6 +41,23 @@ void add_model(const dynamics::SceneModel& model, const dynamics::Simulation& si
       2 * state.size() + kBytesOfSphere * simulation.world().spheres.size() + kBytesOfScene;
 }
 
+/// What is of one hand in the fixed part of its segment.
+void set_hand(const scene::Hand& hand, std::size_t number, publication::StaticScene& fixed) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  fixed.tool.clear();
+  for (const scene::ToolSphere& sphere : hand.tool)
+    fixed.tool.push_back(
+        {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
+         f(sphere.radius_m)});
+  fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
+  if (!fixed.hands.empty()) fixed.hand = number;
+  const scene::DeviceFrame& device = hand.device;
+  fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
+                  {device.orientation.x(), device.orientation.y(), device.orientation.z(),
+                   device.orientation.w()},
+                  device.scale};
+}
+
 /// None: the scene is not stepped elsewhere.
 std::optional<dynamics::SceneModel> local_model(const scene::SceneDescription& scene,
                                                 const dynamics::Simulation& simulation) {
@@ -54,13 +71,9 @@ std::optional<dynamics::SceneModel> local_model(const scene::SceneDescription& s
 
 }  // namespace
 
-bool can_be_local(const scene::SceneDescription& scene, const dynamics::Simulation& simulation) {
-  return local_model(scene, simulation).has_value();
-}
-
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                      const dynamics::Simulation& simulation, std::size_t number) {
-  const scene::Hand hand = scene::hands_of(scene)[number];
+                                      const dynamics::Simulation& simulation) {
+  const std::vector<scene::Hand> hands = scene::hands_of(scene);
   const bodies::World& world = simulation.world();
   publication::StaticScene fixed;
   fixed.name = scene.name;
@@ -73,31 +86,24 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
                             f(plane.offset_m),
                             static_cast<std::uint32_t>(plane.material),
                             static_cast<std::uint32_t>(plane.body)});
-  for (const scene::ToolSphere& sphere : hand.tool)
-    fixed.tool.push_back(
-        {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
-         f(sphere.radius_m)});
-  fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
   if (const auto model = local_model(scene, simulation)) {
     add_model(*model, simulation, fixed);
-    for (const scene::Hand& one : scene::hands_of(scene)) fixed.hands.push_back(one.name);
-    fixed.hand = number;
+    for (const scene::Hand& hand : hands) fixed.hands.push_back(hand.name);
   }
   fixed.spheres = snapshot::static_records(world);
   fixed.fields = published_fields(world);
-  const scene::DeviceFrame& device = hand.device;
-  fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
-                  {device.orientation.x(), device.orientation.y(), device.orientation.z(),
-                   device.orientation.w()},
-                  device.scale};
+  set_hand(hands.front(), 0, fixed);
   return fixed;
 }
 
 std::vector<publication::HandScene> hand_scenes(const scene::SceneDescription& scene,
                                                 const dynamics::Simulation& simulation) {
+  publication::StaticScene fixed = static_scene(scene, simulation);
   std::vector<publication::HandScene> hands;
-  for (const scene::Hand& hand : scene::hands_of(scene))
-    hands.push_back({hand.name, static_scene(scene, simulation, hands.size())});
+  for (const scene::Hand& hand : scene::hands_of(scene)) {
+    set_hand(hand, hands.size(), fixed);
+    hands.push_back({hand.name, fixed});
+  }
   return hands;
 }
 

@@ -11,16 +11,11 @@
 
 namespace stillgrid::sim_server {
 
-/// Returns whether another process can step the scene in a tick of its hand. Ticks are 1 ms, and
-/// a period has one at least.
-[[nodiscard]] bool can_be_local(const scene::SceneDescription& scene,
-                                const dynamics::Simulation& simulation);
-
-/// Returns the fixed part of a hand's segment. If the scene can_be_local() it has the model that
-/// continues from the states of snapshots.
+/// Returns the fixed part of the first hand's segment. If another process can step the scene in a
+/// tick of its hand, it has the model that continues from the states of snapshots. Such a scene has
+/// ticks of 1 ms, and a period has one at least.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                                    const dynamics::Simulation& simulation,
-                                                    std::size_t hand = 0);
+                                                    const dynamics::Simulation& simulation);
 
 /// Of all its hands.
 [[nodiscard]] std::vector<publication::HandScene> hand_scenes(

@@ -65,6 +65,11 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
   }
 }
 
+/// Whether its readers step the scene too, with the same model for all hands.
+bool has_model(publication::Session& session) {
+  return session.hands().front().writer().scene().model_bytes > 0;
+}
+
 /// How each hand's tool came, if a relay brought it.
 void note_relays(publication::Session& session, SimulationReport& report) {
   for (std::size_t hand = 0; hand < report.hands.size(); ++hand)
@@ -85,7 +90,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
   std::optional<PathSteps> paths;
-  if (can_be_local(scene, simulation)) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
+  if (has_model(session)) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step) {
     publication::SceneWriter& writer = session.hands()[hand].writer();
@@ -141,7 +146,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
   std::optional<PathSteps> paths;
-  if (can_be_local(scene, simulation)) paths.emplace(simulation, 0);
+  if (has_model(session)) paths.emplace(simulation, 0);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0},

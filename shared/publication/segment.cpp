@@ -221,6 +221,13 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
   return reader;
 }
 
+SegmentReader SegmentReader::require(std::string_view session, proto::SegmentKind kind,
+                                     std::uint64_t layout_hash) {
+  std::optional<SegmentReader> reader = open(session, kind, layout_hash);
+  if (!reader) throw SegmentError("the session '" + std::string(session) + "' is gone");
+  return std::move(*reader);
+}
+
 const proto::SegmentHeader& SegmentReader::live() const noexcept {
   return *reinterpret_cast<const proto::SegmentHeader*>(bytes());
 }

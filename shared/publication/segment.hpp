@@ -94,6 +94,10 @@ class SegmentReader {
   static std::optional<SegmentReader> open(std::string_view session, proto::SegmentKind kind,
                                            std::uint64_t layout_hash);
 
+  /// The same of a session that is there: throws SegmentError too where open() returns nothing.
+  static SegmentReader require(std::string_view session, proto::SegmentKind kind,
+                               std::uint64_t layout_hash);
+
   /// What was written before the magic, as it was when it was checked.
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return header_; }
 

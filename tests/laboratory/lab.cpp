@@ -24,14 +24,6 @@ bodies::World start_world(const scene::SceneDescription& scene, const WorldState
   return world;
 }
 
-publication::ToolView tool_of(const std::string& session) {
-  auto reader =
-      publication::SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
-  if (!reader)
-    throw publication::SegmentError("the laboratory's own session '" + session + "' is gone");
-  return publication::ToolView(std::move(*reader));
-}
-
 /// With the snapshot of time zero on its way; none where both sides share memory.
 std::unique_ptr<Network> network_of(const scene::SceneDescription& scene, const LabOptions& options,
                                     sim_server::LockstepSimulation& simulation) {
@@ -98,7 +90,8 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   run.report.device = device.descriptor().name;
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
   const publication::SceneView own_view = simulation.view();
-  const publication::ToolView tool_view = tool_of(simulation.session());
+  const publication::ToolView tool_view(publication::SegmentReader::require(
+      simulation.session(), proto::SegmentKind::kTool, proto::kToolLayoutHash));
   if (!options.network && !options.steps_by_samples) simulation.follow(tool_view);
   const std::unique_ptr<Network> network = network_of(scene, options, simulation);
   const publication::SceneView& scene_view = network ? network->view() : own_view;

@@ -45,10 +45,8 @@ RemoteScene::RemoteScene(const scene::SceneDescription& scene,
 }
 
 publication::SceneView RemoteScene::view() const {
-  auto reader = publication::SegmentReader::open(session_, proto::SegmentKind::kScene,
-                                                 proto::kSceneLayoutHash);
-  if (!reader) throw publication::SegmentError("the session '" + session_ + "' is gone");
-  return publication::SceneView(std::move(*reader));
+  return publication::SceneView(publication::SegmentReader::require(
+      session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
 void RemoteScene::show(const SentSnapshot& snapshot, std::uint64_t arrival_ns) {

@@ -16,10 +16,8 @@
 namespace stillgrid::scene_relay {
 
 inline publication::SceneView view_of(const std::string& session) {
-  auto reader = publication::SegmentReader::open(session, proto::SegmentKind::kScene,
-                                                 proto::kSceneLayoutHash);
-  if (!reader) throw publication::SegmentError("no segment of " + session);
-  return publication::SceneView(std::move(*reader));
+  return publication::SceneView(publication::SegmentReader::require(
+      session, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
 /// Returns the first byte by which the fixed parts of two segments differ, or their size. Each

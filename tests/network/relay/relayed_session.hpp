@@ -262,9 +262,8 @@ class RelayParts {
   /// Sends the tool in this tick of the hand, and shows the messages that have arrived.
   void carry_tool(std::uint64_t tick) {
     learn_clock(tick);
-    auto reader =
-        publication::SegmentReader::open(hand_, proto::SegmentKind::kTool, proto::kToolLayoutHash);
-    const publication::ToolView view(std::move(*reader));
+    const publication::ToolView view(publication::SegmentReader::require(
+        hand_, proto::SegmentKind::kTool, proto::kToolLayoutHash));
     const ToolMessage& message =
         tool_messages_->encode(view, view.read().value(), shown_->has_model());
     if (!is_lost()) tools_.emplace_back(tick + delay(), KeptTool(message));
