@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "sim_server/contact/self_collision.hpp"
 
@@ -88,6 +90,22 @@ void add_static(const bodies::World& world, DescribedWorld& described) {
     sphere.local_m = fixed.position_m;
     described.description.spheres.push_back(sphere);
   }
+}
+
+/// Bodies that never collide. A tool meets what never moves in the haptic process alone.
+std::vector<std::pair<int, int>> bodies_apart(const bodies::World& world, std::size_t hands) {
+  std::set<std::pair<int, int>> apart;
+  for (const auto& [a, b] : world.apart)
+    if (a < b) apart.emplace(a, b);
+  const auto first_tool = static_cast<int>(world.bodies.size());
+  const auto keep_apart = [&](int body) {
+    for (int tool = first_tool; tool < first_tool + static_cast<int>(hands); ++tool)
+      apart.emplace(body, tool);
+  };
+  for (const bodies::StaticSphere& sphere : world.static_spheres) keep_apart(sphere.body);
+  for (const bodies::FieldBody& field : world.fields)
+    if (field.rigid < 0) keep_apart(field.body);
+  return {apart.begin(), apart.end()};
 }
 
 void add_tools(const bodies::World& world, std::span<const scene::Hand> hands,
@@ -179,8 +197,7 @@ DescribedWorld described(const bodies::World& world, std::span<const scene::Hand
   add_tools(world, hands, described);
   described.description.apart_spheres = contact::SelfCollision(world).apart_spheres(world);
   if (may_sleep) add_sleepers(world, described);
-  for (const auto& [a, b] : world.apart)
-    if (a < b) described.description.apart.emplace_back(a, b);
+  described.description.apart = bodies_apart(world, hands.size());
   return described;
 }
 
