@@ -36,9 +36,9 @@ class SessionTest(daemons.SessionTest):
             def __getattr__(self, name):
                 return getattr(self.publisher, name)
 
-            def pushes(self):
-                pushes = self.publisher.pushes()
-                given_impulse_N_s[:] += pins.PERIOD_s * pushes.force_N.sum(axis=0)
+            def pushes(self, step_s):
+                pushes = self.publisher.pushes(step_s)
+                given_impulse_N_s[:] += step_s * pushes.force_N.sum(axis=0)
                 return pushes
 
         recording = self.run_pins(lambda publisher: pins.simulate(Counting(publisher))).recording

@@ -153,7 +153,7 @@ def figures_of(rows, recording, seen):
                "return_s": {cause: spread_of([row["return_s"] for row in rows if row["cause"] == cause])
                             for cause in CAUSES},
                "force_max_N": float(recording.force_norm_N().max()), "slew_max_N_per_ms": float(growth.max()),
-               "without_snapshot": relayed.without_snapshot(recording, relayed.FADE_S),
+               "without_snapshot": relayed.without_snapshot(recording, relayed.LOCAL_FADE_S),
                "backwards": relayed.going_back(recording), **seen}
     laws = {"a torn snapshot": seen["torn"] == 0,
             "no snapshot was read": seen["snapshots"] > 0,

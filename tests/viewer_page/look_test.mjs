@@ -139,13 +139,17 @@ test('picture and film are files of their kind', async () => {
   const width = await page.locator('#scene-canvas').evaluate((canvas) => canvas.width);
   assert.equal(Buffer.from(picture.begin).readUInt32BE(16), width);
 
-  await page.locator('#film').click();
-  assert.equal(await page.locator('#film').getAttribute('aria-pressed'), 'true');
-  await page.keyboard.press(' ');
-  await page.waitForTimeout(1200);
-  await page.locator('#film').click();
-  await until(() => window.kept.length === 2);
-  const film = await kept(1);
+  let film = { size: 0 };
+  // A browser that has little of the processor encodes nothing in a short film.
+  for (let tries = 0; film.size === 0 && tries < 4; ++tries) {
+    await page.locator('#film').click();
+    assert.equal(await page.locator('#film').getAttribute('aria-pressed'), 'true');
+    if (tries === 0) await page.keyboard.press(' ');
+    await page.waitForTimeout(1200 * 3 ** tries);
+    await page.locator('#film').click();
+    await until((films) => window.kept.length === 1 + films, tries + 1);
+    film = await kept(tries + 1);
+  }
   assert.equal(film.file, 'recording.csv_0.67s.webm');
   assert.deepEqual(film.begin.slice(0, 4), [0x1a, 0x45, 0xdf, 0xa3], 'EBML');
   assert.ok(film.size > 2000, `${film.size} bytes`);
