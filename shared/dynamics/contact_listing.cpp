@@ -126,22 +126,61 @@ ContactListing::ContactListing(const Description& description)
 /// Slow spheres may move for many ticks before contacts are listed anew, fast ones less far.
 void ContactListing::bound_ways(const SceneState& state, double tick_s) {
   const double falls = description_.gravity_m_s2.norm() * tick_s * tick_s;
-  here_.clear();
-  balls_.clear();
   bases_.resize(description_.spheres.size());
   for (std::size_t s = 0; s < bases_.size(); ++s) {
     const Description::Sphere& sphere = description_.spheres[s];
     const double next = speed_m_s(sphere, state) * tick_s;
     bases_[s] = sphere_position_m(sphere, state);
     bases_[s].w = listing_margin_m(lengths_m_[s], next) + falls;
-    if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
-    here_.push_back(static_cast<std::int32_t>(s));
-    balls_.push_back(bases_[s]);
-    balls_.back().w += sphere.radius_m;
   }
 }
 
-/// Spheres that are away come last.
+bool ContactListing::is_fixed(int rigid) const {
+  return rigid >= 0 && description_.rigid_bodies[at(rigid)].is_fixture;
+}
+
+/// Returns a box around all that may move.
+Eigen::AlignedBox3d ContactListing::reach(const SceneState& state) const {
+  Eigen::AlignedBox3d box;
+  const auto add = [&](const Eigen::Vector3d& centre_m, double radius_m) {
+    const Eigen::Vector3d corner_m = Eigen::Vector3d::Constant(radius_m);
+    box.extend(Eigen::AlignedBox3d(centre_m - corner_m, centre_m + corner_m));
+  };
+  const auto is_away = [&](int rigid) { return rigid >= 0 && state.is_here[at(rigid)] == 0; };
+  for (std::size_t s = 0; s < bases_.size(); ++s) {
+    const Description::Sphere& sphere = description_.spheres[s];
+    if (!is_fixed(sphere.rigid) && !is_away(sphere.rigid))
+      add(bases_[s].vector(), bases_[s].w + sphere.radius_m);
+  }
+  for (std::size_t f = 0; f < description_.fields.size(); ++f) {
+    const Description::Field& field = description_.fields[f];
+    if (is_fixed(field.rigid) || is_away(field.rigid)) continue;
+    const FieldPose pose = field_base_[f].pose();
+    add(pose.position_m + pose.axes * field_centre_m(field),
+        field_radius_m(field) + field_base_[f].position_m.w);
+  }
+  return box;
+}
+
+/// Lists spheres that are here; of those that never move, those that others may reach.
+void ContactListing::find_here(const SceneState& state) {
+  here_.clear();
+  balls_.clear();
+  const Eigen::AlignedBox3d box = reach(state);
+  for (std::size_t s = 0; s < bases_.size(); ++s) {
+    const Description::Sphere& sphere = description_.spheres[s];
+    if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
+    Vector4 ball = bases_[s];
+    ball.w += sphere.radius_m;
+    // What is no number is listed.
+    if (is_fixed(sphere.rigid) && box.squaredExteriorDistance(ball.vector()) > ball.w * ball.w)
+      continue;
+    here_.push_back(static_cast<std::int32_t>(s));
+    balls_.push_back(ball);
+  }
+}
+
+/// Spheres that are away or out of reach come last.
 void ContactListing::order_spheres() {
   order_.clear();
   for (const std::int32_t ball : pairs_.order()) order_.push_back(here_[at(ball)]);
@@ -293,6 +332,7 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   remember();
   bound_ways(state, tick_s);
   bound_field_ways(state, tick_s);
+  find_here(state);
   pairs_.find(balls_);
   order_spheres();
   order_movers();

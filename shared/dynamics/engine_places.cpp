@@ -81,6 +81,11 @@ void Engine::note_listed() {
   // Not stable_partition, which allocates.
   const auto unlisted = std::partition(other_spheres_.begin(), other_spheres_.end(), is_listed);
   listed_others_ = static_cast<std::size_t>(unlisted - other_spheres_.begin());
+  // What never moves does not leave its reach.
+  std::erase_if(other_spheres_, [&](const OtherSphere& sphere) {
+    return !is_listed(sphere) && sphere.rigid >= 0 &&
+           description_.rigid_bodies[at(sphere.rigid)].is_fixture;
+  });
   for (const OtherSphere& sphere : std::span(other_spheres_).first(listed_others_))
     for (std::size_t n = 0; n < at(sphere.node_count); ++n)
       is_listed_[spheres + at(sphere.nodes[n])] = 1;

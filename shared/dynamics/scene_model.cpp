@@ -223,17 +223,24 @@ TickCounts counts_of(const Description& description) {
   double unknowns = 3.0 * static_cast<double>(description.nodes.size());
   for (std::size_t r = 0; r < description.rigid_bodies.size(); ++r)
     unknowns += is_free(static_cast<int>(r)) ? 6.0 : 0.0;
-  return {static_cast<double>(description.springs.size() + description.joints.size()),
-          static_cast<double>(std::ranges::count_if(description.spheres, moves)), unknowns};
+  return {.springs = static_cast<double>(description.springs.size() + description.joints.size()),
+          .spheres = static_cast<double>(std::ranges::count_if(description.spheres, moves)),
+          .all_spheres = static_cast<double>(description.spheres.size()),
+          .unknowns = unknowns};
 }
 
 double counted_tick_ns(const TickCounts& counts, double substeps, double products,
                        double rows) noexcept {
   constexpr double kSpring_ns = 3.0, kSphere_ns = 5.0, kUnknown_ns = 8.0, kRow_ns = 300.0;
-  constexpr double kShown_ns = 40.0;  // a sphere in each tick: contacts are listed, and it is shown
+  constexpr double kShown_ns = 40.0, kPlaced_ns = 8.0;  // a sphere that moves, any: in each tick
   return substeps * (kSpring_ns * counts.springs + kSphere_ns * counts.spheres + kRow_ns * rows) +
          products * (kSpring_ns * counts.springs + kUnknown_ns * counts.unknowns + kRow_ns * rows) +
-         kShown_ns * counts.spheres;
+         kShown_ns * counts.spheres + kPlaced_ns * counts.all_spheres;
+}
+
+double counted_listing_ns(const TickCounts& counts) noexcept {
+  constexpr double kMoving_ns = 290.0, kAny_ns = 60.0;
+  return kMoving_ns * counts.spheres + kAny_ns * counts.all_spheres;
 }
 
 double counted_tick_ns(const SceneModel& model) {

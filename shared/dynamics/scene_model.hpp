@@ -33,20 +33,24 @@ void validate(const SceneModel& model);
 
 /// The items of a tick of a scene, without contacts.
 struct TickCounts {
-  double springs = 0.0;   // and joints
-  double spheres = 0.0;   // that move
+  double springs = 0.0;  // and joints
+  double spheres = 0.0;  // that move
+  double all_spheres = 0.0;
   double unknowns = 0.0;  // velocities of nodes and free bodies
 };
 [[nodiscard]] TickCounts counts_of(const Description& description);
 
-/// Returns about how many ns a tick takes, by counts, on a processor of 3 GHz. products: by
-/// implicit Euler, else 0. rows: of contacts, eight each.
+/// Returns about how many ns a tick takes that lists no contacts anew, by counts, on a processor of
+/// 3 GHz. products: by implicit Euler, else 0. rows: of contacts, sixteen each.
 [[nodiscard]] double counted_tick_ns(const TickCounts& counts, double substeps, double products,
                                      double rows) noexcept;
-/// The same of a model's ticks without contacts: as many substeps as it needs at the start, or 30
-/// products.
+/// Returns how much longer a tick takes that lists contacts anew.
+[[nodiscard]] double counted_listing_ns(const TickCounts& counts) noexcept;
+/// Returns counted_tick_ns() of a model's ticks without contacts: as many substeps as it needs at
+/// the start, or 30 products.
 [[nodiscard]] double counted_tick_ns(const SceneModel& model);
-/// The longest ticks that fit into a tick of the hand, without contacts and with them.
+/// The longest ticks that fit into a tick of the hand: without contacts, and with contacts and
+/// their listing.
 inline constexpr double kLongestTick_ns = 250'000.0;
 inline constexpr double kLongestTickWithContacts_ns = 2.0 * kLongestTick_ns;
 

@@ -58,13 +58,15 @@ void SceneTicks::step(const Tick& tick) {
 
 double SceneTicks::counted_ns() const noexcept {
   const auto rows = static_cast<double>(engine_->listing().rows().rows.size());
-  return counted_tick_ns(counts_, engine_->substeps(),
+  return counted_listing_ns(counts_) +
+         counted_tick_ns(counts_, engine_->substeps(),
                          static_cast<double>(engine_->solve().products), rows);
 }
 
 double SceneTicks::next_counted_ns() {
   const auto rows = static_cast<double>(engine_->listing().rows().rows.size());
-  return counted_tick_ns(counts_, engine_->needed_substeps(kTick_s), 0.0, rows);
+  return counted_listing_ns(counts_) +
+         counted_tick_ns(counts_, engine_->needed_substeps(kTick_s), 0.0, rows);
 }
 
 void SceneTicks::save(std::vector<std::byte>& block) const {

@@ -45,7 +45,8 @@ class SceneTicks {
   [[nodiscard]] Engine& engine() noexcept { return *engine_; }
   [[nodiscard]] const Engine& engine() const noexcept { return *engine_; }
   [[nodiscard]] double time_s() const noexcept { return time_s_; }
-  /// Returns the counted time of the last tick; see counted_tick_ns().
+  /// Returns the counted time of the last tick as if it had listed contacts anew, which one in some
+  /// ticks does; see counted_tick_ns().
   [[nodiscard]] double counted_ns() const noexcept;
   /// Returns that of the next tick by small steps, as far as it is known before.
   [[nodiscard]] double next_counted_ns();
