@@ -40,8 +40,8 @@ struct TickCounts {
 };
 [[nodiscard]] TickCounts counts_of(const Description& description);
 
-/// Returns about how many ns a tick takes that lists no contacts anew, by counts, on a processor of
-/// 3 GHz. products: by implicit Euler, else 0. rows: of contacts, sixteen each.
+/// Returns about how many ns a tick takes on a processor of 3 GHz, by counts. It lists no contacts.
+/// products: by implicit Euler, else 0. rows: of contacts, sixteen each.
 [[nodiscard]] double counted_tick_ns(const TickCounts& counts, double substeps, double products,
                                      double rows) noexcept;
 /// Returns how much longer a tick takes that lists contacts anew.

@@ -73,8 +73,8 @@ class SceneCopies {
       poses_[hand] = dynamics::led_on_pose(tools_[hand].path, tick, tools_[hand].led_on_ticks);
     return poses_;
   }
-  /// Moves the copies on to a tick, the next one by a few ticks at most. step(copy) steps a copy by
-  /// a tick; before_swap() is called before the next copy takes the place of the one shown.
+  /// Moves the copies on to a tick. The next one moves by a few ticks at most. step(copy) steps a
+  /// copy by a tick. before_swap() precedes a swap of both.
   template <class Step, class BeforeSwap>
   Advance advance(std::uint64_t tick, const Step& step, const BeforeSwap& before_swap);
 
@@ -98,7 +98,7 @@ template <class Copy>
 template <class Step, class BeforeSwap>
 Advance SceneCopies<Copy>::advance(std::uint64_t tick, const Step& step,
                                    const BeforeSwap& before_swap) {
-  // With three a copy that is a second behind is there in half a second.
+  // A copy that is a second behind is there in half a second.
   constexpr int kCatchUpTicks = 3;
   constexpr std::uint64_t kMaxTicks = 8;  // missed ones that are made up for in one
   Advance advance;

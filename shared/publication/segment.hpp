@@ -94,7 +94,7 @@ class SegmentReader {
   static std::optional<SegmentReader> open(std::string_view session, proto::SegmentKind kind,
                                            std::uint64_t layout_hash);
 
-  /// The same of a session that is there: throws SegmentError too where open() returns nothing.
+  /// Maps the segment as open(). Throws SegmentError also where it is missing.
   static SegmentReader require(std::string_view session, proto::SegmentKind kind,
                                std::uint64_t layout_hash);
 
