@@ -8,8 +8,8 @@ namespace {
 
 /// A tool that is still for so many ticks keeps nobody waiting.
 constexpr std::uint64_t kPatience = 100;
-/// A world that is so many ticks behind leaves out what it cannot make up for.
-constexpr std::uint64_t kLongestLag = 3500;
+/// A world that is so many ticks behind leaves them out: hands show no older state than a second.
+constexpr std::uint64_t kLongestLag = 900;
 
 }  // namespace
 
@@ -46,6 +46,7 @@ dynamics::StepReport PathSteps::step_until(std::uint64_t now_ns, dynamics::Simul
   const std::uint64_t number = newest(now_ns / proto::kPathTick_ns);
   bool was_left_out = false;
   if (number > number_ + kLongestLag) {
+    left_out_ += number - 1 - number_;
     number_ = number - 1;
     was_left_out = true;  // tools come anew, for they moved too far for a tick
   }

@@ -32,6 +32,8 @@ class PathSteps {
 
   /// Returns the moment of the state.
   [[nodiscard]] std::uint64_t time_ns() const noexcept { return number_ * proto::kPathTick_ns; }
+  /// Returns the ticks that the world left out because it was too far behind.
+  [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
   /// Returns the state after the last step_until(), for SceneWriter::publish(). It is empty if
   /// the last tick was too long for a tick of the hand.
   [[nodiscard]] publication::SnapshotState state() const noexcept {
@@ -49,6 +51,7 @@ class PathSteps {
 
   std::vector<Tool> tools_;  // one a hand
   std::uint64_t number_;
+  std::uint64_t left_out_ = 0;
   std::vector<std::byte> state_;
   std::uint64_t hash_;
   bool is_too_long_ = false;

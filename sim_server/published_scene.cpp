@@ -30,15 +30,15 @@ dynamics::SceneModel model_of(const scene::SceneDescription& scene, const bodies
   return model;
 }
 
-/// A state grows with the contacts that are listed.
+/// A state grows as contacts are listed: it has all spheres then, and the contacts of moving ones.
 void add_model(const dynamics::SceneModel& model, const dynamics::Simulation& simulation,
                publication::StaticScene& fixed) {
-  constexpr std::size_t kBytesOfSphere = 2048, kBytesOfScene = 65'536;
+  constexpr std::size_t kBytesOfMoving = 2048, kBytesOfSphere = 64, kBytesOfScene = 65'536;
   fixed.model = dynamics::encode(model);
   std::vector<std::byte> state;
   (void)simulation.save_state(state);
-  fixed.state_capacity =
-      2 * state.size() + kBytesOfSphere * simulation.world().spheres.size() + kBytesOfScene;
+  fixed.state_capacity = 2 * state.size() + kBytesOfMoving * simulation.world().spheres.size() +
+                         kBytesOfSphere * model.description.spheres.size() + kBytesOfScene;
 }
 
 /// What is of one hand in the fixed part of its segment.

@@ -94,8 +94,9 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
 }
 
 void count_snapshot(SimulationReport& report, std::size_t hand,
-                    const publication::SnapshotTimes& times) {
+                    const publication::SnapshotTimes& times, bool has_state) {
   if (hand == 0) ++report.snapshots;
+  if (hand == 0 && has_state) ++report.states;
   if (times.tool_ns != 0) report.hands[hand].tool_age_ns.record(times.publish_ns - times.tool_ns);
 }
 
@@ -105,6 +106,7 @@ void write_report(const SimulationReport& report, const bodies::World& world,
   nlohmann::json json = {{"scene", report.scene},
                          {"steps", report.steps},
                          {"late_steps", report.late_steps},
+                         {"left_out_s", static_cast<double>(report.left_out_ticks) * 1e-3},
                          {"rate_hz", report.rate_hz},
                          {"simulated_s", world.time_s},
                          {"spheres", world.spheres.size() + world.static_spheres.size()},
@@ -120,7 +122,8 @@ void write_report(const SimulationReport& report, const bodies::World& world,
                          {"divided", report.divided},
                          {"crossings_left", report.crossings_left},
                          {"energy_J", bodies::mechanical_energy_J(world)},
-                         {"snapshots", report.snapshots}};
+                         {"snapshots", report.snapshots},
+                         {"states", report.states}};
   if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
   if (report.energy) json["energy"] = energy_json(*report.energy, tool_work_J(report));
   json["momentum_kg_m_per_s"] = vector_json(dynamics::momentum_kg_m_per_s(world));

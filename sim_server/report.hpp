@@ -28,6 +28,8 @@ struct SimulationReport {
   std::string ended_by;  // what went wrong; empty: the run came to its end, or was stopped
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, snapshots = 0;
+  std::uint64_t states = 0;          // snapshots that hands can continue from by themselves
+  std::uint64_t left_out_ticks = 0;  // of the tools' paths
   std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0;
   std::uint64_t substeps = 0, divided = 0;  // parts of all steps, and steps of more than one
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
@@ -48,9 +50,9 @@ struct SimulationReport {
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step);
 
-/// Counts a snapshot that was published for a hand.
+/// Counts a snapshot that was published for a hand, with a state or without one.
 void count_snapshot(SimulationReport& report, std::size_t hand,
-                    const publication::SnapshotTimes& times);
+                    const publication::SnapshotTimes& times, bool has_state);
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.

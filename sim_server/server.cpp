@@ -67,7 +67,9 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
 
 /// Whether its readers step the scene too, with the same model for all hands.
 bool has_model(publication::Session& session) {
-  return session.hands().front().writer().scene().model_bytes > 0;
+  if (session.hands().front().writer().scene().model_bytes > 0) return true;
+  spdlog::info("hands show the scene by linear, for it does not fulfil the conditions of local");
+  return false;
 }
 
 /// How each hand's tool came, if a relay brought it.
@@ -106,7 +108,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     writer.publish(simulation.snapshot(), times, simulation.field_records(),
                    paths ? paths->state() : publication::SnapshotState());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
-    count_snapshot(report, hand, times);
+    count_snapshot(report, hand, times, paths && !paths->state().bytes.empty());
   };
   for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
     publish(hand, start_ns, start_ns, {});
@@ -131,6 +133,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
       publish(hand, paths ? paths->time_ns() : wake.deadline_ns, wake.now_ns, step);
     count_step(report, step);
+    if (paths) report.left_out_ticks = paths->left_out();
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
   }
   note_relays(session, report);
@@ -175,6 +178,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
     if (step.stopped) break;
     if (paths) snapshot.state_ns = paths->time_ns();
     count_step(report, step);
+    if (paths) report.left_out_ticks = paths->left_out();
 
     const ScheduledSnapshot shown = snapshot;
     snapshot = schedule.next();
@@ -185,7 +189,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
       writer.publish(simulation.snapshot(), times, simulation.field_records(), state());
-      count_snapshot(report, hand, times);
+      count_snapshot(report, hand, times, paths && !paths->state().bytes.empty());
     }
     // A promise that the next one replaces at once would be seen by some hands only.
     if (snapshot.state_ns <= end_ns)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "sim_server/scene/scene_file.hpp"
@@ -30,7 +31,34 @@ std::size_t differing(const LabRun& a, const LabRun& b, std::size_t from) {
   return count;
 }
 
+std::string sphere(const std::string& name, double x_m, double y_m, double z_m, const char* more) {
+  return "[[body]]\nname = \"" + name +
+         "\"\nkind = \"sphere\"\nradius_m = 0.01\nmaterial = \"m\"\n" + more + "position_m = [" +
+         std::to_string(x_m) + ", " + std::to_string(y_m) + ", " + std::to_string(z_m) + "]\n";
+}
+
+std::uint64_t local_ticks(const std::string& bodies) {
+  const std::string scene =
+      "format = 2\n[simulation]\nrate_hz = 100.0\n[[material]]\nname = \"m\"\n"
+      "contact_stiffness_N_per_m = 500.0\n";
+  return run_lab(scene::read_scene(scene + bodies, "spheres.toml"),
+                 {.device = "phantom:hand=light,path=press,depth_m=0.03", .duration_s = 0.5})
+      .report.local;
+}
+
 }  // namespace
+
+TEST_CASE(
+    "A ball on thousands of spheres that never move is local, a pile of as many balls is not") {
+  std::string cover = sphere("ball", 0.0, 0.0, 0.019, "mass_kg = 0.05\n"), pile;
+  for (int i = 0; i < 3600; ++i) {
+    const double x_m = 0.01 * (i % 60 - 30), y_m = 0.01 * (i / 60 - 30);
+    cover += sphere("s" + std::to_string(i), x_m, y_m, 0.0, "motion = \"static\"\n");
+    pile += sphere("b" + std::to_string(i), 2.0 * x_m, 2.0 * y_m, 0.0, "mass_kg = 0.004\n");
+  }
+  CHECK(local_ticks(cover) > 450);
+  CHECK(local_ticks(pile) == 0);
+}
 
 TEST_CASE("A shipped scene's force is equal to the bit at 1 kHz and at 10, 33 and 100 Hz") {
   const std::string name = GENERATE("laparoscopy", "moving_sphere", "organ", "pendulum_chain",
