@@ -28,8 +28,8 @@ struct SimulationReport {
   std::string ended_by;  // what went wrong; empty: the run came to its end, or was stopped
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, snapshots = 0;
-  std::uint64_t states = 0;          // snapshots that hands can continue from by themselves
-  std::uint64_t left_out_ticks = 0;  // of the tools' paths
+  std::uint64_t states = 0;  // snapshots with a state for local copies
+  std::uint64_t left_out_ticks = 0;
   std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0;
   std::uint64_t substeps = 0, divided = 0;  // parts of all steps, and steps of more than one
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
