@@ -2,10 +2,12 @@
 // maps.
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "haptic_server/recording/recorder.hpp"
 #include "shared/command_line/number_in.hpp"
@@ -13,6 +15,7 @@
 #include "shared/command_line/version.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/realtime/stop_signal.hpp"
+#include "shared/tables/number_table.hpp"
 #include "tests/laboratory/lab_cell.hpp"
 #include "tests/laboratory/metrics.hpp"
 #include "tests/laboratory/stability_map.hpp"
@@ -23,7 +26,7 @@ namespace {
 struct Arguments {
   LabCell cell;
   std::optional<double> stiffness_N_per_m;
-  std::filesystem::path record, metrics;
+  std::filesystem::path record, metrics, recorded;
   StiffnessSearch search;
   StabilityMap map;
   std::filesystem::path out;
@@ -206,6 +209,29 @@ void run_cell(const Arguments& arguments) {
   }
 }
 
+/// The rows of a recording in CSV, as far as a verdict needs them.
+std::vector<recording::TickRow> rows_of(const std::filesystem::path& file) {
+  tables::NumberTable table(file, "time_s,x_m,y_m,z_m,contacts", tables::LastLine::kMayBeCut);
+  const auto column = [&](const std::string& name) { return table.require({name}, name); };
+  const tables::Column time = column("time_s"), contacts = column("contacts");
+  const std::array<tables::Column, 3> position = {column("x_m"), column("y_m"), column("z_m")};
+  std::vector<recording::TickRow> rows;
+  while (table.next()) {
+    recording::TickRow& row = rows.emplace_back();
+    row.time_s = table.number(time);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      row.position_m[static_cast<Eigen::Index>(axis)] = table.length_m(position[axis]);
+    row.contacts = table.number(contacts) > 0.0 ? 1 : 0;
+  }
+  return rows;
+}
+
+Verdict judged(const Arguments& arguments) {
+  if (!arguments.recorded.empty())
+    return verdict_of(rows_of(arguments.recorded), rule_of(arguments.cell));
+  return verdict_of(arguments.cell, arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m));
+}
+
 void find_limit(const Arguments& arguments) {
   const CellLimit found = limit_of(arguments.cell, arguments.search);
   if (!found.limit_N_per_m) {
@@ -233,6 +259,13 @@ int program_main(int argc, char** argv) {
   add_cell_options(*judge, arguments);
   judge->add_option("--stiffness", arguments.stiffness_N_per_m, "N/m; default 1000")
       ->check(command_line::number_in(1e-6, 1e9));
+  judge
+      ->add_option("--recorded", arguments.recorded,
+                   "Judge this recording (CSV) of haptic_server, and run nothing")
+      ->check(CLI::ExistingFile);
+  auto* device =
+      app.add_subcommand("device", "Print a device of ours as haptic_server --device takes it");
+  add_cell_options(*device, arguments);
   auto* text = app.add_subcommand("scene", "Print the file of a scene of ours");
   add_cell_options(*text, arguments);
   text->add_option("--stiffness", arguments.stiffness_N_per_m)
@@ -252,10 +285,8 @@ int program_main(int argc, char** argv) {
       throw std::runtime_error("--lowest: expected no more than --highest");
     if (map->parsed()) realtime::install_stop_signal();
     if (run->parsed()) run_cell(arguments);
-    if (judge->parsed())
-      std::puts(name_of(verdict_of(arguments.cell,
-                                   arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m)))
-                    .data());
+    if (judge->parsed()) std::puts(name_of(judged(arguments)).data());
+    if (device->parsed()) std::puts(options_of(arguments.cell).device.c_str());
     if (text->parsed())
       std::fputs(
           scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m))

@@ -196,6 +196,25 @@ void add_neighbourhoods() {
   add_neighbourhood("2000_nodes_fine_cover", soft.description, soft.state);
 }
 
+/// The state that a snapshot carries, with its hash, of a pile that has begun to fall together.
+void save_state(benchmark::State& state) {
+  const auto balls = static_cast<int>(state.range(0));
+  dynamics::EngineScene pile = dynamics::falling_pile(balls);
+  dynamics::Engine engine(std::move(pile.description), std::move(pile.state));
+  while (engine.state().tick < 50) engine.step();
+  std::vector<std::byte> block;
+  for (auto _ : state) {
+    engine.save(block);
+    benchmark::DoNotOptimize(dynamics::hash(engine.state()));
+  }
+  state.counters["bytes_per_ball"] = static_cast<double>(block.size()) / balls;
+}
+BENCHMARK(save_state)
+    ->Name("save_state")
+    ->RangeMultiplier(10)
+    ->Range(400, 400'000)
+    ->Unit(benchmark::kMicrosecond);
+
 /// Counters: speed after over speed before a bounce without dampers at 0.3 m/s, over the phases of
 /// a tick.
 void bounce(benchmark::State& state) {
