@@ -29,7 +29,7 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
   simulation_.set_contact_state(contacts);
-  if (writer_.scene().model_bytes > 0) paths_.emplace(simulation_, 0);
+  if (writer_.scene().model_bytes > 0) paths_.emplace(simulation_, 0, scene.period_s);
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0},
                   simulation_.field_records(),
                   paths_ ? paths_->state() : publication::SnapshotState());

@@ -9,12 +9,19 @@ namespace {
 /// A tool that is still for so many ticks keeps nobody waiting.
 constexpr std::uint64_t kPatience = 100;
 /// A world that is so many ticks behind leaves them out: hands show no older state than a second.
-constexpr std::uint64_t kLongestLag = 900;
+/// Two periods are none behind, as far as paths reach back.
+std::uint64_t longest_lag(double period_s) {
+  constexpr double kLag = 900.0, kPath = 3500.0;
+  return static_cast<std::uint64_t>(std::clamp(2.0 * period_s / dynamics::kTick_s, kLag, kPath));
+}
 
 }  // namespace
 
-PathSteps::PathSteps(const dynamics::Simulation& simulation, std::uint64_t number)
-    : tools_(simulation.hands()), number_(number), hash_(simulation.save_state(state_)) {}
+PathSteps::PathSteps(const dynamics::Simulation& simulation, std::uint64_t number, double period_s)
+    : tools_(simulation.hands()),
+      longest_lag_(longest_lag(period_s)),
+      number_(number),
+      hash_(simulation.save_state(state_)) {}
 
 void PathSteps::follow(std::size_t hand, const publication::ToolView* tool) {
   Tool& followed = tools_[hand];
@@ -45,7 +52,7 @@ dynamics::StepReport PathSteps::step_until(std::uint64_t now_ns, dynamics::Simul
                                            const dynamics::Budget& budget) {
   const std::uint64_t number = newest(now_ns / proto::kPathTick_ns);
   bool was_left_out = false;
-  if (number > number_ + kLongestLag) {
+  if (number > number_ + longest_lag_) {
     left_out_ += number - 1 - number_;
     number_ = number - 1;
     was_left_out = true;  // tools come anew, for they moved too far for a tick

@@ -17,8 +17,8 @@ namespace stillgrid::sim_server {
 /// Thread: one.
 class PathSteps {
  public:
-  /// number: of the moment to which the simulation's state belongs.
-  PathSteps(const dynamics::Simulation& simulation, std::uint64_t number);
+  /// number: of the moment to which the simulation's state belongs. period_s: of its steps.
+  PathSteps(const dynamics::Simulation& simulation, std::uint64_t number, double period_s);
 
   /// Adds the new samples of a hand's tool to its path; null: the tool is away from now on.
   void follow(std::size_t hand, const publication::ToolView* tool);
@@ -49,7 +49,8 @@ class PathSteps {
   };
   [[nodiscard]] std::uint64_t newest(std::uint64_t now) const;
 
-  std::vector<Tool> tools_;  // one a hand
+  std::vector<Tool> tools_;    // one a hand
+  std::uint64_t longest_lag_;  // ticks
   std::uint64_t number_;
   std::uint64_t left_out_ = 0;
   std::vector<std::byte> state_;

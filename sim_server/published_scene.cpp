@@ -30,10 +30,10 @@ dynamics::SceneModel model_of(const scene::SceneDescription& scene, const bodies
   return model;
 }
 
-/// A state grows as contacts are listed: it has all spheres then, and the contacts of moving ones.
+/// A state grows as contacts are listed. Any sphere may have some, one that moves more of them.
 void add_model(const dynamics::SceneModel& model, const dynamics::Simulation& simulation,
                publication::StaticScene& fixed) {
-  constexpr std::size_t kBytesOfMoving = 2048, kBytesOfSphere = 64, kBytesOfScene = 65'536;
+  constexpr std::size_t kBytesOfMoving = 2048, kBytesOfSphere = 256, kBytesOfScene = 65'536;
   fixed.model = dynamics::encode(model);
   std::vector<std::byte> state;
   (void)simulation.save_state(state);

@@ -92,7 +92,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
   std::optional<PathSteps> paths;
-  if (has_model(session)) paths.emplace(simulation, start_ns / proto::kPathTick_ns);
+  if (has_model(session)) paths.emplace(simulation, start_ns / proto::kPathTick_ns, scene.period_s);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step) {
     publication::SceneWriter& writer = session.hands()[hand].writer();
@@ -108,7 +108,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     writer.publish(simulation.snapshot(), times, simulation.field_records(),
                    paths ? paths->state() : publication::SnapshotState());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
-    count_snapshot(report, hand, times, paths && !paths->state().bytes.empty());
+    count_snapshot(report, hand, times, writer.has_state());
   };
   for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
     publish(hand, start_ns, start_ns, {});
@@ -149,12 +149,13 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
   std::optional<PathSteps> paths;
-  if (has_model(session)) paths.emplace(simulation, 0);
+  if (has_model(session)) paths.emplace(simulation, 0, scene.period_s);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0},
                           simulation.field_records(), state());
   ++report.snapshots;
+  if (session.hands().front().writer().has_state()) ++report.states;
   session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
   session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
 
@@ -189,7 +190,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
       writer.publish(simulation.snapshot(), times, simulation.field_records(), state());
-      count_snapshot(report, hand, times, paths && !paths->state().bytes.empty());
+      count_snapshot(report, hand, times, writer.has_state());
     }
     // A promise that the next one replaces at once would be seen by some hands only.
     if (snapshot.state_ns <= end_ns)

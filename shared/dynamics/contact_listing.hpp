@@ -126,6 +126,11 @@ class ContactListing {
   /// Rigid bodies of rigid_order() that are awake: the first ones.
   [[nodiscard]] std::size_t rigid_awake() const noexcept { return rigid_awake_; }
   [[nodiscard]] std::size_t listings() const noexcept { return listings_; }
+  /// The search of the last listing: near pairs, and about how many spheres were compared.
+  [[nodiscard]] double near_pairs() const noexcept {
+    return static_cast<double>(pairs_.pairs().size());
+  }
+  [[nodiscard]] double comparisons() const noexcept { return pairs_.comparisons(); }
 
  private:
   /// A contact of two places in order(), or of one and a plane, or of one and a field, which is

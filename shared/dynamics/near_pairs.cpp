@@ -178,6 +178,12 @@ void NearPairs::find(std::span<const Vector4> balls) {
     cells_.z[place] = static_cast<float>(ball.z - corner_m_[2]);
     cells_.radius[place] = static_cast<float>(ball.w + kRounding * extent);
   }
+  constexpr double kNeighbours = 13.5;  // half of the cells around one, and of itself
+  comparisons_ = 0.0;
+  for (std::size_t k = 1; k < cells_.start.size(); ++k) {
+    const double count = cells_.start[k] - cells_.start[k - 1];
+    comparisons_ += kNeighbours * count * count;
+  }
   pairs_.clear();
   HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, pairs_);
 }

@@ -36,6 +36,8 @@ class NearPairs {
   /// for some that do not. Realtime: yes.
   template <class Visit>
   void each_near(const Vector4& ball, const Visit& visit) const;
+  /// Returns about how many balls the last find() compared.
+  [[nodiscard]] double comparisons() const noexcept { return comparisons_; }
   /// Pairs of places in order(), ascending in `first`.
   [[nodiscard]] std::span<const NearPair> pairs() const noexcept { return pairs_; }
 
@@ -53,7 +55,7 @@ class NearPairs {
 
   Cells cells_;
   std::array<double, 3> corner_m_{};
-  double width_m_ = 1.0, largest_m_ = 0.0;
+  double width_m_ = 1.0, largest_m_ = 0.0, comparisons_ = 0.0;
   std::vector<std::int32_t> order_, next_;
   std::vector<NearPair> pairs_;
 };

@@ -238,9 +238,10 @@ double counted_tick_ns(const TickCounts& counts, double substeps, double product
          kShown_ns * counts.spheres + kPlaced_ns * counts.all_spheres;
 }
 
-double counted_listing_ns(const TickCounts& counts) noexcept {
-  constexpr double kMoving_ns = 290.0, kAny_ns = 60.0;
-  return kMoving_ns * counts.spheres + kAny_ns * counts.all_spheres;
+double counted_listing_ns(const TickCounts& counts, double pairs, double comparisons) noexcept {
+  constexpr double kMoving_ns = 240.0, kAny_ns = 60.0, kPair_ns = 10.0, kComparison_ns = 0.15;
+  return kMoving_ns * counts.spheres + kAny_ns * counts.all_spheres + kPair_ns * pairs +
+         kComparison_ns * comparisons;
 }
 
 double counted_tick_ns(const SceneModel& model) {

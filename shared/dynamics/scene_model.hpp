@@ -44,8 +44,10 @@ struct TickCounts {
 /// products: by implicit Euler, else 0. rows: of contacts, sixteen each.
 [[nodiscard]] double counted_tick_ns(const TickCounts& counts, double substeps, double products,
                                      double rows) noexcept;
-/// Returns how much longer a tick takes that lists contacts anew.
-[[nodiscard]] double counted_listing_ns(const TickCounts& counts) noexcept;
+/// Returns how much longer a tick takes that lists contacts anew. pairs: of near spheres.
+/// comparisons: of spheres, to find them.
+[[nodiscard]] double counted_listing_ns(const TickCounts& counts, double pairs,
+                                        double comparisons) noexcept;
 /// Returns counted_tick_ns() of a model's ticks without contacts: as many substeps as it needs at
 /// the start, or 30 products.
 [[nodiscard]] double counted_tick_ns(const SceneModel& model);

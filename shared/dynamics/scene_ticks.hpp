@@ -64,6 +64,7 @@ class SceneTicks {
   }
 
  private:
+  [[nodiscard]] double counted_ns(double substeps, double products) const noexcept;
   void aim(const Tick& tick);
   void draw(double share, const SceneState& start);
 

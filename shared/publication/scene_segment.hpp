@@ -88,6 +88,8 @@ class SceneWriter {
   [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return fixed_; }
   [[nodiscard]] collision::GridView static_grid() const noexcept { return static_grid_.view(); }
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
+  /// Whether the last snapshot carries a state. One that is larger than its place is left out.
+  [[nodiscard]] bool has_state() const noexcept { return snapshot_.state_bytes > 0; }
 
  private:
   SceneWriter(SessionLock lock, const StaticScene& scene, const collision::TouchLists& touch_lists,

@@ -23,6 +23,8 @@
 namespace stillgrid::laboratory {
 namespace {
 
+constexpr double kLeastRows_per_s = 100.0;  // of a recording of ticks
+
 struct Arguments {
   LabCell cell;
   std::optional<double> stiffness_N_per_m;
@@ -209,8 +211,9 @@ void run_cell(const Arguments& arguments) {
   }
 }
 
-/// The rows of a recording in CSV, as far as a verdict needs them.
-std::vector<recording::TickRow> rows_of(const std::filesystem::path& file) {
+/// The rows of a recording in CSV, as far as a verdict needs them. Refuses one of less than
+/// least_s.
+std::vector<recording::TickRow> rows_of(const std::filesystem::path& file, double least_s) {
   tables::NumberTable table(file, "time_s,x_m,y_m,z_m,contacts", tables::LastLine::kMayBeCut);
   const auto column = [&](const std::string& name) { return table.require({name}, name); };
   const tables::Column time = column("time_s"), contacts = column("contacts");
@@ -219,16 +222,24 @@ std::vector<recording::TickRow> rows_of(const std::filesystem::path& file) {
   while (table.next()) {
     recording::TickRow& row = rows.emplace_back();
     row.time_s = table.number(time);
+    if (rows.size() > 1 && !(row.time_s > rows[rows.size() - 2].time_s))
+      table.refuse_value(time, "a time later than in the row before");
     for (std::size_t axis = 0; axis < 3; ++axis)
       row.position_m[static_cast<Eigen::Index>(axis)] = table.length_m(position[axis]);
     row.contacts = table.number(contacts) > 0.0 ? 1 : 0;
   }
+  const double lasts_s = rows.empty() ? 0.0 : rows.back().time_s - rows.front().time_s;
+  if (!(lasts_s >= least_s) || static_cast<double>(rows.size()) < least_s * kLeastRows_per_s)
+    table.refuse_file("lasts " + std::to_string(lasts_s) + " s in " + std::to_string(rows.size()) +
+                      " rows: expected " + std::to_string(least_s) + " s of ticks at least");
   return rows;
 }
 
 Verdict judged(const Arguments& arguments) {
-  if (!arguments.recorded.empty())
-    return verdict_of(rows_of(arguments.recorded), rule_of(arguments.cell));
+  if (!arguments.recorded.empty()) {
+    const VerdictRule rule = rule_of(arguments.cell);
+    return verdict_of(rows_of(arguments.recorded, 2.0 * rule.window_s), rule);
+  }
   return verdict_of(arguments.cell, arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m));
 }
 
@@ -286,7 +297,12 @@ int program_main(int argc, char** argv) {
     if (map->parsed()) realtime::install_stop_signal();
     if (run->parsed()) run_cell(arguments);
     if (judge->parsed()) std::puts(name_of(judged(arguments)).data());
-    if (device->parsed()) std::puts(options_of(arguments.cell).device.c_str());
+    if (device->parsed()) {
+      if (!lab_hand_named(arguments.cell.device))
+        throw std::runtime_error("--device: value '" + arguments.cell.device +
+                                 "': expected light, hand or none");
+      std::puts(options_of(arguments.cell).device.c_str());
+    }
     if (text->parsed())
       std::fputs(
           scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m))
