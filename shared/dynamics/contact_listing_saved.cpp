@@ -100,6 +100,7 @@ void ContactListing::save(Saved& saved) const {
 }
 
 void ContactListing::load(const Saved& saved) {
+  pairs_.forget();  // they are of another state
   sleeping_contacts_ = saved.sleeping;
   is_sleep_new_ = true;  // bodies may have woken since the saved listing
   base_ = saved.base;

@@ -36,6 +36,11 @@ class NearPairs {
   /// for some that do not. Realtime: yes.
   template <class Visit>
   void each_near(const Vector4& ball, const Visit& visit) const;
+  /// Forgets the pairs of the last find().
+  void forget() noexcept {
+    pairs_.clear();
+    comparisons_ = 0.0;
+  }
   /// Returns about how many balls the last find() compared.
   [[nodiscard]] double comparisons() const noexcept { return comparisons_; }
   /// Pairs of places in order(), ascending in `first`.
