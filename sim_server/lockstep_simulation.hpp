@@ -48,12 +48,12 @@ class LockstepSimulation {
               const AfterStep& after_step = {}, const AfterPublication& after_publication = {});
 
   [[nodiscard]] const std::string& session() const noexcept { return session_; }
-  /// What it publishes. Throws SegmentError.
+  /// Returns a view of the published scene. Throws SegmentError.
   [[nodiscard]] publication::SceneView view() const;
   [[nodiscard]] dynamics::Simulation& simulation() noexcept { return simulation_; }
   /// When the tool is taken: for the step being computed, or the next.
   [[nodiscard]] std::uint64_t sample_ns() const noexcept { return snapshot_.sample_ns; }
-  /// Of each step with its snapshot, if measured.
+  /// Returns the time of each step with its snapshot, if measured.
   [[nodiscard]] const std::vector<double>& step_s() const noexcept { return step_s_; }
 
  private:

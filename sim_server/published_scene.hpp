@@ -17,7 +17,7 @@ namespace stillgrid::sim_server {
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                                     const dynamics::Simulation& simulation);
 
-/// Of all its hands.
+/// Returns the fixed parts of the segments of all hands.
 [[nodiscard]] std::vector<publication::HandScene> hand_scenes(
     const scene::SceneDescription& scene, const dynamics::Simulation& simulation);
 

@@ -65,7 +65,8 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
   }
 }
 
-/// Whether its readers step the scene too, with the same model for all hands.
+/// Whether its readers step the scene too, with the same model for all hands. Says where they do
+/// not.
 bool has_model(publication::Session& session) {
   if (session.hands().front().writer().scene().model_bytes > 0) return true;
   spdlog::info("hands show the scene by linear, for it does not fulfil the conditions of local");

@@ -84,7 +84,7 @@ class SceneWriter {
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
-  /// What is published once, as readers see it.
+  /// Returns the fixed part of the scene, as readers see it.
   [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return fixed_; }
   [[nodiscard]] collision::GridView static_grid() const noexcept { return static_grid_.view(); }
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }

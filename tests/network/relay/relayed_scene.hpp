@@ -52,7 +52,7 @@ class RelayedScene {
   publication::SceneView view_;
 };
 
-/// What a reader finds in the newest snapshot of a scene.
+/// Holds the newest snapshot of a scene as a reader finds it.
 struct SeenSnapshot {
   proto::SnapshotHeader header{};
   std::vector<proto::SphereRecord> records;
