@@ -135,10 +135,6 @@ void ContactListing::bound_ways(const SceneState& state, double tick_s) {
   }
 }
 
-bool ContactListing::is_fixed(int rigid) const {
-  return rigid >= 0 && description_.rigid_bodies[at(rigid)].is_fixture;
-}
-
 /// Returns a box around all that may move.
 Eigen::AlignedBox3d ContactListing::reach(const SceneState& state) const {
   Eigen::AlignedBox3d box;
@@ -149,12 +145,12 @@ Eigen::AlignedBox3d ContactListing::reach(const SceneState& state) const {
   const auto is_away = [&](int rigid) { return rigid >= 0 && state.is_here[at(rigid)] == 0; };
   for (std::size_t s = 0; s < bases_.size(); ++s) {
     const Description::Sphere& sphere = description_.spheres[s];
-    if (!is_fixed(sphere.rigid) && !is_away(sphere.rigid))
+    if (!description_.is_fixture(sphere.rigid) && !is_away(sphere.rigid))
       add(bases_[s].vector(), bases_[s].w + sphere.radius_m);
   }
   for (std::size_t f = 0; f < description_.fields.size(); ++f) {
     const Description::Field& field = description_.fields[f];
-    if (is_fixed(field.rigid) || is_away(field.rigid)) continue;
+    if (description_.is_fixture(field.rigid) || is_away(field.rigid)) continue;
     const FieldPose pose = field_base_[f].pose();
     add(pose.position_m + pose.axes * field_centre_m(field),
         field_radius_m(field) + field_base_[f].position_m.w);
@@ -173,7 +169,8 @@ void ContactListing::find_here(const SceneState& state) {
     Vector4 ball = bases_[s];
     ball.w += sphere.radius_m;
     // What is no number is listed.
-    if (is_fixed(sphere.rigid) && box.squaredExteriorDistance(ball.vector()) > ball.w * ball.w)
+    if (description_.is_fixture(sphere.rigid) &&
+        box.squaredExteriorDistance(ball.vector()) > ball.w * ball.w)
       continue;
     here_.push_back(static_cast<std::int32_t>(s));
     balls_.push_back(ball);

@@ -170,7 +170,6 @@ class ContactListing {
   void add_candidate(std::int32_t a, std::int32_t b, SideKind kind_b);
   void collect_near();
   void collect_near_fields();
-  [[nodiscard]] bool is_fixed(int rigid) const;
   [[nodiscard]] Eigen::AlignedBox3d reach(const SceneState& state) const;
   void find_here(const SceneState& state);
   void bound_field_ways(const SceneState& state, double tick_s);

@@ -71,7 +71,7 @@ bool ContactListing::is_still(std::int32_t number) const {
   const Description::Side side = description_.side(at(number));
   if (side.plane != nullptr || (side.sphere != nullptr && sleeps(number))) return true;
   const int rigid = side.rigid();
-  return rigid >= 0 && (rigid_sleeps(rigid) || description_.rigid_bodies[at(rigid)].is_fixture);
+  return rigid >= 0 && (rigid_sleeps(rigid) || description_.is_fixture(rigid));
 }
 
 /// Keeps the history of contacts between two sides that stay.

@@ -108,6 +108,10 @@ struct Description {
                                 : field->material;
     }
   };
+  /// Returns whether a rigid body never moves; false for -1.
+  [[nodiscard]] bool is_fixture(int rigid) const {
+    return rigid >= 0 && rigid_bodies[static_cast<std::size_t>(rigid)].is_fixture;
+  }
   /// Returns a sphere, plane or field by its number. Planes are counted on behind spheres, and
   /// fields behind planes. Pre: number < field_number(fields.size()).
   [[nodiscard]] Side side(std::size_t number) const {

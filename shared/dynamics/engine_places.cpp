@@ -83,8 +83,7 @@ void Engine::note_listed() {
   listed_others_ = static_cast<std::size_t>(unlisted - other_spheres_.begin());
   // What never moves does not leave its reach.
   std::erase_if(other_spheres_, [&](const OtherSphere& sphere) {
-    return !is_listed(sphere) && sphere.rigid >= 0 &&
-           description_.rigid_bodies[at(sphere.rigid)].is_fixture;
+    return !is_listed(sphere) && description_.is_fixture(sphere.rigid);
   });
   for (const OtherSphere& sphere : std::span(other_spheres_).first(listed_others_))
     for (std::size_t n = 0; n < at(sphere.node_count); ++n)

@@ -45,8 +45,7 @@ bool Engine::passes(double tick_s) {
     still_at_.clear();
     for (std::size_t s = 0; s < description_.spheres.size(); ++s) {
       const Description::Sphere& sphere = description_.spheres[s];
-      const bool is_fixture =
-          sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_fixture;
+      const bool is_fixture = description_.is_fixture(sphere.rigid);
       if (sleep_.spheres()[s] == 0 && !is_fixture) continue;
       still_at_.push_back(sphere_position_m(sphere, state_));
       still_at_.back().w = sphere.radius_m;

@@ -29,11 +29,9 @@ ImplicitContacts::ImplicitContacts(const Description& description)
 
 void ImplicitContacts::leave_out(std::span<const std::uint8_t> sleeping_spheres) {
   awake_.clear();
-  const auto is_fixed = [&](const Description::Sphere& sphere) {
-    return sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_fixture;
-  };
   for (std::size_t s = 0; s < sleeping_spheres.size(); ++s)
-    if (sleeping_spheres[s] == 0 && !is_fixed(description_.spheres[s])) awake_.push_back(s);
+    if (sleeping_spheres[s] == 0 && !description_.is_fixture(description_.spheres[s].rigid))
+      awake_.push_back(s);
 }
 
 void ImplicitContacts::add_lane(const ContactListing& listing, const RowGroup& group,

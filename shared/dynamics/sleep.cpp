@@ -158,7 +158,7 @@ void Sleep::join(std::int32_t body, std::int32_t other) {
 void Sleep::join_joints() {
   for (const Description::Joint& joint : description_.joints) {
     const auto is_still = [&](const Description::JointEnd& end) {
-      return end.node < 0 && (end.rigid < 0 || is_fixture(end.rigid));
+      return end.node < 0 && (end.rigid < 0 || description_.is_fixture(end.rigid));
     };
     if (is_still(joint.a) || is_still(joint.b)) continue;
     const auto body_of = [&](const Description::JointEnd& end) {
@@ -179,7 +179,9 @@ void Sleep::join_contacts(const ContactListing& listing, const ContactBodies& bo
         if (place.stiffness_N_per_m[lane] == 0.0F) continue;  // an unused lane
         const std::size_t a = at(listing.order()[at(place.sphere_a[lane])]);
         const std::int32_t b = place.sphere_b[lane], other = other_body(listing, b);
-        if (is_fixture(description_.spheres[a].rigid) || is_fixture(listing.rigid_of(b))) continue;
+        if (description_.is_fixture(description_.spheres[a].rigid) ||
+            description_.is_fixture(listing.rigid_of(b)))
+          continue;
         if (body_of_sphere_[a] == other) continue;
         const std::span<const double> lengths_m = listing.lengths_m();
         const std::size_t other_sphere = listing.is_field(b) ? a : at(listing.order()[at(b)]);

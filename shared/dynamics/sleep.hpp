@@ -74,9 +74,6 @@ class Sleep {
   void lay_down(std::size_t body, SceneState& state);
   void mark(std::size_t body, std::uint8_t sleeps);
   [[nodiscard]] double kinetic_energy_J(std::size_t body, const SceneState& state) const;
-  [[nodiscard]] bool is_fixture(int rigid) const {
-    return rigid >= 0 && description_.rigid_bodies[static_cast<std::size_t>(rigid)].is_fixture;
-  }
 
   const Description& description_;
   std::vector<std::int32_t> body_of_node_, body_of_rigid_, body_of_sphere_;  // -1: never sleeps
