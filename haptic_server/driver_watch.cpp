@@ -37,7 +37,7 @@ constexpr std::array<std::string_view, 5> kStatusLines = {
     "its motors are too hot", "it has found a fault of its own"};
 constexpr std::size_t kFirstStatus = kFirstReason + kReasonLines.size();
 static_assert(safety::kFlagMotorsOff == 1U << kFirstStatus &&
-              kFirstStatus + kStatusLines.size() == safety::kSafetyFlagNames.size());
+              safety::kFlagCrushed == 1U << (kFirstStatus + kStatusLines.size()));
 
 std::string_view name_of_change(std::size_t i) {
   return i < realtime::kProcessParts.size() ? realtime::kProcessParts[i] : "the rounding mode";

@@ -160,7 +160,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         : rendering::RenderedTick{};
   if (rendered_.contended) flags_ |= safety::kFlagContended;
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
-  if (rendered_.swept) flags_ |= safety::kFlagSwept;
+  if (rendered_.force.is_crushing) flags_ |= safety::kFlagCrushed;
   if (rendered_.is_new) snapshot_ns_ = now_ns;
   account(scene, now_ns);
   const proto::SceneHeader& fixed = scene.scene();

@@ -43,6 +43,7 @@ constexpr const char* kDescription =
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
     "  haptic_server --session demo --hand left --device phantom           one of each hand\n"
+    "  haptic_server --session demo --device mouse          the mouse of a page of scene_viewer\n"
     "\n"
     "A device is the path of a plugin (.so) or the name of an installed one, as phantom:\n"
     "--list-devices prints them, and what they see.\n";
@@ -208,7 +209,8 @@ void require_another_file(const std::filesystem::path& record, const device::Dev
 safety::GuardedProgram program_of(Arguments& arguments) {
   const device::DeviceSpec spec = device::parse_device_spec(arguments.options.device);
   require_another_file(arguments.options.record, spec);
-  const device::DeviceLoop loop{.period_ns = realtime::to_ns(1.0 / arguments.options.rate_hz)};
+  const device::DeviceLoop loop{.period_ns = realtime::to_ns(1.0 / arguments.options.rate_hz),
+                                .session = arguments.options.session};
   safety::GuardedProgram program;
   program.subject = "device '" + spec.plugin + "'";
   program.work = [&arguments](safety::GuardedState& guarded) {

@@ -209,7 +209,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
       [&] { give_up("a call did not return in time"); }, [&guarded] { safety::beat(guarded); });
   watchdog.watch_call();
   DriverWatch driver(spec.plugin);
-  device::Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
+  device::Device device(
+      spec, {.period_ns = period_ns, .is_virtual = options.lockstep, .session = options.session});
   if (options.lockstep) require_no_motors(device, spec);
   if (options.safety.gripper_stiffness_N_per_m > 0.0) require_gripper(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);

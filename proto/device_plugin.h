@@ -211,6 +211,14 @@ typedef struct stillgrid_host_log {
   void (*log)(uint32_t severity, const char* line);
 } stillgrid_host_log;
 
+/* Extension of the host: its session. Null if it has no session. */
+#define STILLGRID_HOST_SESSION "stillgrid.host.session/1"
+typedef struct stillgrid_host_session {
+  uint32_t struct_size;
+  uint32_t reserved;
+  const char* name; /* zero-terminated, SESSION or SESSION+HAND */
+} stillgrid_host_session;
+
 /* Extension of a driver: which device this is, for reports and recordings. */
 #define STILLGRID_DEVICE_IDENTITY "stillgrid.device.identity/1"
 #define STILLGRID_IDENTITY_SIZE 64u

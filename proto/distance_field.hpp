@@ -7,19 +7,32 @@
 namespace stillgrid::proto {
 
 /// Bodies of a scene that are felt through distance fields.
-inline constexpr std::uint32_t kMaxFields = 64;
+inline constexpr std::uint32_t kMaxFields = 512;
 
 /// Cells of a fine brick along each of its edges, and coefficients, which reach a cell farther.
 inline constexpr std::uint32_t kBrickCells = 4;
 inline constexpr std::uint32_t kBrickNodes = kBrickCells + 2;
 inline constexpr std::uint32_t kBrickCoefficients = kBrickNodes * kBrickNodes * kBrickNodes;
 
-/// What a distance field is like, and where its numbers stand. Body frame, SI units.
+/// Source of a field's distance: samples, or a closed form centred in its frame.
+enum class FieldKind : std::uint32_t {
+  kSampled,   // coefficients in bricks
+  kBox,       // sides along the axes
+  kCapsule,   // along z, round ends included
+  kCylinder,  // along z
+};
+inline constexpr std::uint32_t kFieldKinds = 4;
+
+/// Header of a distance field and the layout of its numbers. Body frame, SI units.
 ///
-/// Behind `offset`, each array at a multiple of 8 bytes: coarse coefficients, f32, one a brick and
-/// a layer more on every side, x fastest; `bricks` u32, the number of each brick's fine
-/// coefficients, from 1, 0: none; stiffness, f32, as the coarse ones, if has_stiffness; fine
-/// coefficients, f32, kBrickCoefficients a number.
+/// A closed form has no numbers. `lowest_m` is minus half of its sides. `bounding_radius_m` is
+/// that of a ball around it. Every other member except `kind` is zero. The x and y sides of a
+/// capsule or cylinder are equal, and the z side of a capsule is not shorter.
+///
+/// Sampled numbers: behind `offset`, each array at a multiple of 8 bytes: coarse coefficients,
+/// f32, one a brick and a layer more on every side, x fastest; `bricks` u32, the number of each
+/// brick's fine coefficients, from 1, 0: none; stiffness, f32, as the coarse ones, if
+/// has_stiffness; fine coefficients, f32, kBrickCoefficients a number.
 struct FieldShape {
   std::array<float, 3> lowest_m;  // corner of the first brick
   float brick_m;                  // a brick's edge
@@ -28,7 +41,7 @@ struct FieldShape {
   std::array<float, 3> centre_m;  // of a ball that holds the solid
   float bounding_radius_m;
   std::uint32_t has_stiffness;  // 1: a map of stiffness over the material's; 0: none
-  std::uint32_t reserved;
+  std::uint32_t kind;           // FieldKind
 };
 static_assert(sizeof(FieldShape) == 56);
 

@@ -42,13 +42,15 @@ enum SafetyFlag : std::uint32_t {
   kFlagNotCalibrated = 1U << 27U,  // its encoders have no reference, or are finding it
   kFlagHot = 1U << 28U,            // its motors are too hot
   kFlagDeviceFault = 1U << 29U,    // it has found a fault of its own
+  kFlagCrushed = 1U << 30U,        // the tool may crush a soft body
 };
-inline constexpr std::array<std::string_view, 30> kSafetyFlagNames = {
+inline constexpr std::array<std::string_view, 31> kSafetyFlagNames = {
     "bad_device", "rejected",   "faded",          "ramped",         "stiffness",   "budget",
     "workspace",  "speed",      "passivity",      "clamped",        "slewed",      "stalled",
     "contended",  "truncated",  "swept",          "energy",         "no_position", "no_number",
     "too_far",    "outside",    "no_orientation", "stamp_back",     "stamp_off",   "frozen",
-    "leap",       "motors_off", "not_enabled",    "not_calibrated", "hot",         "device_fault"};
+    "leap",       "motors_off", "not_enabled",    "not_calibrated", "hot",         "device_fault",
+    "crushed"};
 
 /// All of them.
 inline constexpr std::uint32_t kSafetyFlagMask = (1U << kSafetyFlagNames.size()) - 1U;
@@ -57,6 +59,6 @@ inline constexpr std::uint32_t kSafetyFlagMask = (1U << kSafetyFlagNames.size())
 inline constexpr std::uint32_t kDeviceReasonMask = kFlagMotorsOff - kFlagNoPosition;
 
 /// Those that say why a device takes no force.
-inline constexpr std::uint32_t kDeviceStatusMask = kSafetyFlagMask & ~(kFlagMotorsOff - 1U);
+inline constexpr std::uint32_t kDeviceStatusMask = kFlagCrushed - kFlagMotorsOff;
 
 }  // namespace stillgrid::proto

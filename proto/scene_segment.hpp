@@ -12,10 +12,10 @@ inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
 
-inline constexpr std::size_t kMaxHands = 4;  // each with segments of its own
+inline constexpr std::size_t kMaxHands = 4;  // each hand has its own segments
 inline constexpr std::size_t kHandNameBytes = 24;
 
-/// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
+/// Most levels of a grid. It has one level for each octave of the radii of its swept bounds.
 inline constexpr std::uint32_t kMaxLevels = 8;
 
 /// Material of a point of a body that has a field: the tool meets that field alone.
@@ -33,7 +33,7 @@ struct SphereRecord {
   float radius_m;
   std::uint32_t material;  // index into SceneHeader::materials, or kFieldPoint
   std::uint32_t body;      // order in the scene file
-  std::uint32_t reserved;
+  float crushing_force_N;  // a tool may crush the body by more; 0: no limit
 };
 static_assert(sizeof(SphereRecord) == 64);
 
@@ -110,17 +110,17 @@ struct ToolSphere {
   float radius_m;
 };
 
-/// Where the device stands in the scene: scene point = position + scale * (orientation * device
-/// point).
+/// Pose and scale of the device's frame in the scene: scene point = position + scale *
+/// (orientation * device point).
 struct DeviceFrame {
   std::array<double, 3> position_m;
   std::array<double, 4> orientation_xyzw;
   double scale;
 };
 
-/// What never changes, written once before the magic; follows SegmentHeader. The static grid's
-/// arrays stand at static_offset: records, cell starts, swept bounds, numbers, as in a slot. Behind
-/// them stand the numbers of the fields, which several bodies may share.
+/// The constant part of a scene. It follows SegmentHeader and is written once, before the magic.
+/// The static grid's arrays begin at static_offset, in a slot's order: records, cell starts, swept
+/// bounds, numbers. The numbers of the fields follow. Several bodies may share a field.
 struct SceneHeader {
   std::array<char, 64> name;  // zero-terminated
   std::uint32_t material_count;
@@ -128,7 +128,8 @@ struct SceneHeader {
   std::uint32_t tool_sphere_count;
   std::uint32_t moving_capacity;  // spheres a slot holds room for
   std::uint32_t field_count;
-  float tool_slip_speed_m_s;    // least slip speed of a contact with the tool
+  float
+      tool_slip_speed_m_s;  // 0: the tool has proxies; else the penalty sum, friction viscous below
   std::uint64_t static_offset;  // bytes from the segment's start
   DeviceFrame device;
   GridShape static_grid;
@@ -168,7 +169,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<32>({sizeof(SegmentHeader),
+    layout_hash<33>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -178,6 +179,7 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      sizeof(SnapshotHeader),
                      offsetof(SnapshotHeader, grid),
                      sizeof(SphereRecord),
+                     offsetof(SphereRecord, crushing_force_N),
                      kHistoryLength,
                      offsetof(SnapshotHeader, tool_work_J),
                      sizeof(SweptBound),

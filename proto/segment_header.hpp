@@ -8,12 +8,12 @@
 namespace stillgrid::proto {
 
 /// Bump on any change of layout, unit or meaning of any segment; a reader refuses other versions.
-inline constexpr std::uint32_t kSegmentVersion = 13;
+inline constexpr std::uint32_t kSegmentVersion = 15;
 
 /// "STLGRID1", little-endian. Stored last: a segment without it is not ready.
 inline constexpr std::uint64_t kSegmentMagic = 0x31444952474C5453ULL;
 
-enum class SegmentKind : std::uint32_t { kScene = 1, kTool = 2 };
+enum class SegmentKind : std::uint32_t { kScene = 1, kTool = 2, kMouse = 3 };
 enum class Clock : std::uint32_t { kMonotonic = 0, kVirtual = 1 };
 
 /// A reader takes no place (m), velocity (m/s) or force (N) of the tool, nor place or scale of the

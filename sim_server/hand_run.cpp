@@ -153,8 +153,10 @@ HandRun run_hand(const scene::SceneDescription& scene, const StartState& start,
       published.publish(state_of(pose, now_ns));
       simulation.run_to(now_ns, true, take_tool, count);
       if (i % parts != 0) continue;
+      std::span<const dynamics::Vector4> stretches_m;
+      if (options.has_engine_friction) stretches_m = simulation.simulation().stretches_m(0);
       const rendering::ToolForce force =
-          renderer->render(view, pose, now_ns, {}, local.get()).force;
+          renderer->render(view, pose, now_ns, {}, local.get(), stretches_m).force;
       run.force_N.push_back(force.force_N);
       run.touches.push_back(force.contacts > 0 || force.force_N != Eigen::Vector3d::Zero());
     }

@@ -20,6 +20,8 @@ struct HandRunOptions {
   double first_share = 1.0;  // length of the first step, as a share of its period
   double duration_s = 0.0;   // hand's path
   double beside_m = 0.0;     // offset of the hand's path along each axis
+  // The hand feels the friction of the engine. A truth has short steps and therefore no copy.
+  bool has_engine_friction = false;
   // A run ends when its mean after 0.1 s costs more.
   double most_work_per_ms = std::numeric_limits<double>::infinity();
 };

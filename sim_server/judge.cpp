@@ -48,7 +48,8 @@ HandRun Judge::truth_at(double rate_hz, double beside_m) const {
   return run_hand(scene, settled(scene, rest_), hand_,
                   {.transition = display::Transition::kHold,
                    .duration_s = hand_.duration_s(),
-                   .beside_m = beside_m});
+                   .beside_m = beside_m,
+                   .has_engine_friction = true});
 }
 
 Judge::Judge(const scene::SceneDescription& scene)
@@ -76,9 +77,9 @@ StartState Judge::rest_of(const scene::SceneDescription& scene) const {
   return settled(scene, world, kHopeless * dynamics::kWorkPerProcessor_ms);
 }
 
-choice::Record Judge::judge(const Candidate& candidate, const StartState& start) const {
+Record Judge::judge(const Candidate& candidate, const StartState& start) const {
   const double period_s = candidate.scene.period_s;
-  choice::Record record = candidate.record;
+  Record record = candidate.record;
   record.truth_error_share = truth_.error_share;
   record.spheres = start.world.spheres.size() + start.world.static_spheres.size();
   HandRunOptions options{.transition = candidate.transition,
@@ -105,11 +106,11 @@ choice::Record Judge::judge(const Candidate& candidate, const StartState& start)
   return record;
 }
 
-choice::Record Judge::judge(const Candidate& candidate) const {
+Record Judge::judge(const Candidate& candidate) const {
   try {
     return judge(candidate, rest_of(candidate.scene));
   } catch (const std::domain_error&) {
-    choice::Record record = candidate.record;
+    Record record = candidate.record;
     record.refusal = "unstable";
     return record;
   }

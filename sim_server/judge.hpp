@@ -1,14 +1,28 @@
 #pragma once
 
-#include "sim_server/choice/record.hpp"
+#include <cstddef>
+#include <optional>
+#include <string>
+
 #include "sim_server/hand_run.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid::sim_server {
 
+/// Cost of a candidate and error of its force.
+struct Record {
+  std::string name = {};
+  double work_per_ms = 0.0;                // counted work of a simulated millisecond
+  std::optional<double> error_share = {};  // rms of the force's error over the true force's rms
+  double truth_error_share = 0.0;          // the same of the truth beside one of half its step
+  double latency_share = 0.0;  // lateness of snapshots in the run, in periods, by counted work
+  std::size_t spheres = 0;
+  std::string refusal = {};  // why the candidate cannot be used; empty: it can
+};
+
 /// One way to simulate and to show a scene.
 struct Candidate {
-  choice::Record record;  // its name
+  Record record;  // its name
   scene::SceneDescription scene;
   display::Transition transition = display::Transition::kLocal;
 };
@@ -46,13 +60,13 @@ class Judge {
   /// times, its steps elsewhere in time each time; the worst error and work count.
   /// Snapshots are as late as the work of slow steps makes them. A refusal says why a candidate
   /// cannot be used.
-  [[nodiscard]] choice::Record judge(const Candidate& candidate) const;
+  [[nodiscard]] Record judge(const Candidate& candidate) const;
   static constexpr int kRuns = 4;
 
  private:
   [[nodiscard]] HandRun truth_at(double rate_hz, double beside_m) const;
   [[nodiscard]] StartState rest_of(const scene::SceneDescription& scene) const;
-  [[nodiscard]] choice::Record judge(const Candidate& candidate, const StartState& start) const;
+  [[nodiscard]] Record judge(const Candidate& candidate, const StartState& start) const;
 
   HandPath hand_;
   scene::SceneDescription scene_;

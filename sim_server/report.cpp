@@ -26,6 +26,7 @@ nlohmann::json energy_json(const dynamics::EnergyAccount& account, double tool_w
           {"start_J", account.start.total_J()},
           {"given_J", account.flow.given_J},
           {"tool_work_J", tool_work_J},
+          {"proxies_J", account.flow.proxies_J},
           {"spring_damping_J", account.flow.spring_damping_J},
           {"contact_damping_J", account.flow.contact_damping_J},
           {"friction_J", account.flow.friction_J},

@@ -65,12 +65,19 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
   }
 }
 
-/// Whether its readers step the scene too, with the same model for all hands. Says where they do
-/// not.
+/// Whether the hands step the scene too, with the same model for all of them.
 bool has_model(publication::Session& session) {
-  if (session.hands().front().writer().scene().model_bytes > 0) return true;
+  return session.hands().front().writer().scene().model_bytes > 0;
+}
+
+/// Begins the paths that hands with a model step along. Says where they have none.
+std::optional<PathSteps> begin_paths(publication::Session& session,
+                                     dynamics::Simulation& simulation, std::uint64_t number,
+                                     double period_s) {
+  if (has_model(session))
+    return std::optional<PathSteps>(std::in_place, simulation, number, period_s);
   spdlog::info("hands show the scene by linear, for it does not fulfil the conditions of local");
-  return false;
+  return std::nullopt;
 }
 
 /// How each hand's tool came, if a relay brought it.
@@ -92,8 +99,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     hand.tool().start();
     take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
-  std::optional<PathSteps> paths;
-  if (has_model(session)) paths.emplace(simulation, start_ns / proto::kPathTick_ns, scene.period_s);
+  std::optional<PathSteps> paths =
+      begin_paths(session, simulation, start_ns / proto::kPathTick_ns, scene.period_s);
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step) {
     publication::SceneWriter& writer = session.hands()[hand].writer();
@@ -149,8 +156,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
-  std::optional<PathSteps> paths;
-  if (has_model(session)) paths.emplace(simulation, 0, scene.period_s);
+  std::optional<PathSteps> paths = begin_paths(session, simulation, 0, scene.period_s);
   const auto state = [&] { return paths ? paths->state() : publication::SnapshotState(); };
   for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0},

@@ -3,30 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <span>
-#include <string>
-#include <variant>
 
-#include "sim_server/choice/record.hpp"
 #include "sim_server/dynamics/choice/counted_work.hpp"
 
 namespace stillgrid::sim_server {
-namespace {
-
-void print_table(const std::string& title, std::span<const choice::Record> records) {
-  std::printf("%s\n\n%s\n", title.c_str(),
-              choice::table_of(records, dynamics::kWorkPerProcessor_ms).c_str());
-}
-
-void explain_contacts(const scene::SceneDescription& scene) {
-  for (const bodies::BodyDescription& body : scene.bodies) {
-    const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
-    if (mesh != nullptr && !mesh->contacts.empty())
-      print_table("contact of " + body.name, mesh->contacts);
-  }
-}
-
-}  // namespace
 
 void settle_choices(scene::SceneDescription& scene, const bodies::World& world) {
   if (!scene.choose_method) return;
@@ -37,7 +17,6 @@ void settle_choices(scene::SceneDescription& scene, const bodies::World& world) 
 }
 
 void explain_choices(const scene::SceneDescription& scene, const bodies::World& world) {
-  explain_contacts(scene);
   const dynamics::SceneLoad load = dynamics::load_of(world);
   const dynamics::MethodChoice method = dynamics::choose_method(load, scene.period_s);
   std::printf("%s: %.0f nodes, %.0f springs, %.0f rigid bodies, %.0f moving spheres\n",

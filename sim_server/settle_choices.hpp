@@ -9,8 +9,8 @@ namespace stillgrid::sim_server {
 /// chooses the same. world: build_world(scene).
 void settle_choices(scene::SceneDescription& scene, const bodies::World& world);
 
-/// Prints to standard output the method by the spectrum, and all candidates of each contact that
-/// was chosen, with work, error and the reason against each. world: build_world(scene).
+/// Prints to standard output the method by the spectrum and the counts that it follows from.
+/// world: build_world(scene).
 void explain_choices(const scene::SceneDescription& scene, const bodies::World& world);
 
 }  // namespace stillgrid::sim_server

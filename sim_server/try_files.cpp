@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <istream>
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <string>
 #include <thread>
@@ -17,8 +18,19 @@
 namespace stillgrid::sim_server {
 namespace {
 
-choice::Record judged(const Judge& judge, const scene::SceneDescription& given,
-                      const std::string& line) {
+std::string json_line(const Record& record) {
+  nlohmann::ordered_json json = {{"name", record.name},
+                                 {"work_per_ms", record.work_per_ms},
+                                 {"error_share", nullptr},
+                                 {"truth_error_share", record.truth_error_share},
+                                 {"latency_share", record.latency_share},
+                                 {"spheres", record.spheres},
+                                 {"refusal", record.refusal}};
+  if (record.error_share) json["error_share"] = *record.error_share;
+  return json.dump();
+}
+
+Record judged(const Judge& judge, const scene::SceneDescription& given, const std::string& line) {
   Candidate candidate;
   candidate.record.name = line;
   try {
@@ -48,7 +60,7 @@ void try_files(const scene::SceneDescription& scene, std::istream& in, std::ostr
   while (in) {
     std::vector<std::string> lines;
     for (std::string line; std::getline(in, line) && !line.empty();) lines.push_back(line);
-    std::vector<choice::Record> records(lines.size());
+    std::vector<Record> records(lines.size());
     std::atomic<std::size_t> next = 0;
     {
       std::vector<std::jthread> threads(
@@ -59,7 +71,7 @@ void try_files(const scene::SceneDescription& scene, std::istream& in, std::ostr
             records[i] = judged(judge, scene, lines[i]);
         });
     }
-    for (const choice::Record& record : records) out << choice::json_line(record) << '\n';
+    for (const Record& record : records) out << json_line(record) << '\n';
     out.flush();
   }
 }

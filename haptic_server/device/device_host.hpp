@@ -16,6 +16,7 @@ namespace stillgrid::device {
 struct DeviceLoop {
   std::uint64_t period_ns = 1'000'000;  // > 0
   bool is_virtual = false;              // lockstep: time starts at zero, a period a tick
+  std::string session = {};             // name of the session, if there is one
 };
 
 /// A device that is open, and active from activate() to deactivate().

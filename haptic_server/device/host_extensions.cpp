@@ -3,8 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdint>
+#include <list>
 #include <mutex>
 #include <string_view>
+#include <utility>
 
 #include "haptic_server/device/driver_text.hpp"
 #include "proto/device_plugin.h"
@@ -37,10 +39,23 @@ void log_line(std::uint32_t severity, const char* line) noexcept {
 
 constexpr stillgrid_host_log kLog{sizeof kLog, 0, log_line};
 
+const stillgrid_host_session* offered_session = nullptr;
+
 }  // namespace
 
 const void* host_extension(const char* name) noexcept {
-  return name != nullptr && std::string_view(name) == STILLGRID_HOST_LOG ? &kLog : nullptr;
+  if (name == nullptr) return nullptr;
+  if (std::string_view(name) == STILLGRID_HOST_LOG) return &kLog;
+  return std::string_view(name) == STILLGRID_HOST_SESSION ? offered_session : nullptr;
+}
+
+void set_session(const std::string& session) {
+  static auto* const kept = new std::list<std::pair<std::string, stillgrid_host_session>>;
+  offered_session = nullptr;
+  if (session.empty()) return;
+  auto& [name, table] = kept->emplace_back(session, stillgrid_host_session{});
+  table = {sizeof table, 0, name.c_str()};
+  offered_session = &table;
 }
 
 void set_log_owner(const std::string& plugin) {

@@ -44,6 +44,7 @@ void fail_device(DeviceFailure failure, const std::string& plugin, const std::st
 stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoop& loop) {
   const auto negotiator = load_negotiator(plugin);
   set_log_owner(plugin);
+  set_session(loop.session);
   const stillgrid_host_info host{
       sizeof(stillgrid_host_info),
       STILLGRID_DEVICE_ABI,

@@ -19,7 +19,7 @@ struct HostLog {
 
  private:
   void write(std::uint32_t severity, const std::string& line) const {
-    if (table != nullptr) table->log(severity, line.c_str());
+    if (table != nullptr && table->log != nullptr) table->log(severity, line.c_str());
   }
 };
 
@@ -28,6 +28,7 @@ struct HostLoop {
   std::uint64_t period_ns = 1'000'000;
   std::uint32_t clock = STILLGRID_CLOCK_MONOTONIC;
   HostLog log{};
+  std::string session{};  // empty: the host has no session
 };
 
 /// A driver throws it where the fault is not an option's: the code is what the host is told.

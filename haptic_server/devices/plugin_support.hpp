@@ -255,12 +255,12 @@ struct PluginAdapter {
     return nullptr;
   }
 
-  /// The host's log, or null.
-  static const stillgrid_host_log* log_of(const stillgrid_host_info& host) noexcept {
+  /// A table of the host's by its name, or null.
+  template <class Table>
+  static const Table* extension_of(const stillgrid_host_info& host, const char* name) noexcept {
     if (host.get_extension == nullptr) return nullptr;
-    const auto* const log =
-        static_cast<const stillgrid_host_log*>(host.get_extension(STILLGRID_HOST_LOG));
-    return has_size(log) && log->log != nullptr ? log : nullptr;
+    const auto* const table = static_cast<const Table*>(host.get_extension(name));
+    return has_size(table) ? table : nullptr;
   }
 
   static stillgrid_device_api table() noexcept {
@@ -295,7 +295,10 @@ struct PluginAdapter {
       return STILLGRID_DEVICE_E_ARGUMENT;
     host_loop.period_ns = host->period_ns;
     host_loop.clock = host->clock;
-    host_loop.log.table = log_of(*host);
+    host_loop.log.table = extension_of<stillgrid_host_log>(*host, STILLGRID_HOST_LOG);
+    const auto* const session = extension_of<stillgrid_host_session>(*host, STILLGRID_HOST_SESSION);
+    const bool serves_one = session != nullptr && session->name != nullptr;
+    host_loop.session = serves_one ? session->name : "";
     stillgrid_device_api api = table();
     api.abi = STILLGRID_DEVICE_ABI;
     copy_out(api, out);

@@ -118,8 +118,7 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
   contact_.observe(commanded_, input.motion, limits_.lever_m);
   budget_.spend(commanded_.force_N.norm(), input.elapsed_s);
   torque_budget_.spend(commanded_.torque_N_m.norm(), input.elapsed_s);
-  const bool is_number =
-      input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();
+  const bool is_number = std::isfinite(norm_N(input.rendered, limits_.lever_m));
   const double energy_share =
       is_number ? contact_.share(input.rendered, input.stiffness_N_per_m,
                                  is_at_rest(input, limits_.lever_m), input.elapsed_s)

@@ -18,9 +18,8 @@ struct ContactMaterial {
 [[nodiscard]] ContactMaterial pair_material(const ContactMaterial& a,
                                             const ContactMaterial& b) noexcept;
 
-/// The constants of a contact with the tool: the touched body's, but friction is viscous at least
-/// up to tool_slip_speed_m_s. A hand's velocity is an estimate, late by some milliseconds: friction
-/// as steep as two simulated bodies bear would make a device chatter.
+/// The constants of a contact with a tool that has no proxy: the touched body's, but friction is
+/// viscous at least up to tool_slip_speed_m_s.
 [[nodiscard]] ContactMaterial tool_material(ContactMaterial touched,
                                             double tool_slip_speed_m_s) noexcept;
 

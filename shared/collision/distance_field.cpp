@@ -5,9 +5,11 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "proto/segment_header.hpp"
+#include "shared/collision/exact_shape.hpp"
 #include "shared/double_buffer/double_buffer.hpp"
 
 namespace stillgrid::collision {
@@ -75,6 +77,7 @@ Jet coarse_spline(const FieldView& field, std::size_t array, const Eigen::Array3
 }  // namespace
 
 FieldCounts field_counts(const proto::FieldShape& shape) noexcept {
+  if (is_exact(shape)) return {};
   const auto [x, y, z] = shape.bricks;
   const std::size_t coarse = std::size_t{x + 2} * (y + 2) * (z + 2);
   return {.coarse = coarse,
@@ -94,6 +97,7 @@ FieldLayout field_layout(const proto::FieldShape& shape) noexcept {
 }
 
 bool is_consistent(const proto::FieldShape& shape) noexcept {
+  if (is_exact(shape)) return is_consistent_exact(shape);
   std::uint64_t all = 1;
   for (const std::uint32_t bricks : shape.bricks) {
     if (bricks == 0 || bricks > kMaxBricks) return false;
@@ -109,8 +113,14 @@ bool is_consistent(const proto::FieldShape& shape) noexcept {
   return sound;
 }
 
+double detail_m(const proto::FieldShape& shape) noexcept {
+  if (!is_exact(shape)) return double{shape.brick_m} / proto::kBrickCells;
+  return half_sides_m(shape).minCoeff();
+}
+
 std::optional<FieldSample> sample(const FieldView& field, const Eigen::Vector3d& point_m) noexcept {
   const proto::FieldShape& shape = field.shape;
+  if (is_exact(shape)) return exact_sample(shape, point_m);
   const Eigen::Array3d lowest_m =
       Eigen::Map<const Eigen::Array3f>(shape.lowest_m.data()).cast<double>();
   const double per_m = 1.0 / double{shape.brick_m};
@@ -152,10 +162,11 @@ std::optional<FieldSample> sample(const FieldView& field, const Eigen::Vector3d&
 std::optional<FieldContact> field_contact(const FieldView& field, const Eigen::Vector3d& centre_m,
                                           double radius_m) noexcept {
   const std::optional<FieldSample> at = sample(field, centre_m);
+  const auto& bricks = field.shape.bricks;
   const double longest_m =
-      4.0 * double{field.shape.bounding_radius_m} +
-      double{field.shape.brick_m} *
-          (field.shape.bricks[0] + field.shape.bricks[1] + field.shape.bricks[2]);
+      is_exact(field.shape) ? std::numeric_limits<double>::max()
+                            : 4.0 * double{field.shape.bounding_radius_m} +
+                                  double{field.shape.brick_m} * (bricks[0] + bricks[1] + bricks[2]);
   // Written so that a NaN does not pass.
   if (!at || !(std::abs(at->distance_m) <= longest_m) || !(at->gradient.norm() <= kSteepest) ||
       !(at->stiffness_scale >= 0.0 && at->stiffness_scale <= kStiffest + 1.0) ||
@@ -170,6 +181,22 @@ std::optional<FieldContact> field_contact(const FieldView& field, const Eigen::V
   if (!(size > 1e-9 && std::isfinite(size))) return std::nullopt;
   const double scale = std::min(size, 2.0 * kSteepest * kStiffest);
   return FieldContact{depth_m, force_m / size, scale, at->stiffness_scale};
+}
+
+FieldContact flat_contact(const FieldView& field, const FieldContact& at_proxy,
+                          const Eigen::Vector3d& proxy_m, const Eigen::Vector3d& device_m,
+                          double radius_m) noexcept {
+  constexpr double kSteeper = 1.1, kSameFace = 0.5;
+  const auto slope = [](const FieldContact& at) { return at.stiffness_scale / at.map_scale; };
+  const auto there = field_contact(field, device_m, radius_m);
+  const bool is_there = there && there->normal.dot(at_proxy.normal) > kSameFace &&
+                        slope(*there) > kSteeper * slope(at_proxy);
+  const Eigen::Vector3d& at_m = is_there ? device_m : proxy_m;
+  FieldContact contact = is_there ? *there : at_proxy;
+  const Eigen::Vector3d foot_m = at_m - (radius_m - contact.depth_m) * contact.normal;
+  if (const auto foot = field_contact(field, foot_m, 0.0)) contact.depth_m += foot->depth_m;
+  contact.depth_m -= contact.normal.dot(proxy_m - at_m);
+  return contact;
 }
 
 DistanceField::DistanceField(const proto::FieldShape& shape, std::vector<std::uint64_t> words)

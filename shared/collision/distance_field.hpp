@@ -34,6 +34,10 @@ struct FieldCounts {
 /// some. Realtime: yes.
 [[nodiscard]] bool is_consistent(const proto::FieldShape& shape) noexcept;
 
+/// Returns the length of the finest detail, in m: the edge of a fine cell, or half of the least
+/// thickness of a closed form. Realtime: yes.
+[[nodiscard]] double detail_m(const proto::FieldShape& shape) noexcept;
+
 /// A field to read, in private memory or in a segment. Pre: is_consistent(shape), and behind
 /// `words` is room for its layout.
 struct FieldView {
@@ -50,12 +54,13 @@ struct FieldSample {
   Eigen::Vector3d stiffness_gradient_per_m = Eigen::Vector3d::Zero();
 };
 
-/// The field at a point, or nothing where the point lies off its bricks (NaN does).
+/// The field at a point, or nothing where the point lies off its bricks (NaN does). A closed form
+/// has a distance everywhere (exact_shape.hpp).
 ///
-/// A quadratic B-spline of 27 coefficients, in the narrow band round the surface of fine ones,
-/// elsewhere of coarse ones, of which the fine ones are a refinement where the two meet: value and
-/// gradient are continuous everywhere. Realtime: yes; safe on words that change or lie, for which
-/// the sample is any.
+/// A sampled field is a quadratic B-spline of 27 coefficients, in the narrow band round the surface
+/// of fine ones, elsewhere of coarse ones, of which the fine ones are a refinement where the two
+/// meet: value and gradient are continuous everywhere. Realtime: yes; safe on words that change or
+/// lie, for which the sample is any.
 [[nodiscard]] std::optional<FieldSample> sample(const FieldView& field,
                                                 const Eigen::Vector3d& point_m) noexcept;
 
@@ -78,11 +83,25 @@ struct FieldContact {
                                                         const Eigen::Vector3d& centre_m,
                                                         double radius_m) noexcept;
 
+/// Whether the field is flat at a contact, as in a bore, whose middle is equally far from all
+/// sides: its slope is below 0.9.
+[[nodiscard]] inline bool is_flat(const FieldContact& contact) noexcept {
+  return contact.stiffness_scale <= 0.9 * contact.map_scale;
+}
+
+/// Returns the contact of a proxy where the field is flat. at_proxy: field_contact() there. The
+/// contact at device_m counts if the field is steeper there and the face is the same. The depth is
+/// corrected by the field's value at the foot of the centre, where cells are finest. Takes two
+/// samples. Realtime: yes.
+[[nodiscard]] FieldContact flat_contact(const FieldView& field, const FieldContact& at_proxy,
+                                        const Eigen::Vector3d& proxy_m,
+                                        const Eigen::Vector3d& device_m, double radius_m) noexcept;
+
 /// A field in memory of its own.
 class DistanceField {
  public:
   /// Pre: is_consistent(shape), words.size() is its layout's.
-  DistanceField(const proto::FieldShape& shape, std::vector<std::uint64_t> words);
+  explicit DistanceField(const proto::FieldShape& shape, std::vector<std::uint64_t> words = {});
   [[nodiscard]] FieldView view() const noexcept { return {shape_, layout_, words_.data()}; }
   [[nodiscard]] const proto::FieldShape& shape() const noexcept { return shape_; }
   [[nodiscard]] std::span<const std::uint64_t> words() const noexcept { return words_; }

@@ -99,7 +99,7 @@ class FieldMaker {
     }
     take_own(layout);
     take_aprons(layout);
-    return {shape_, std::move(words_)};
+    return DistanceField(shape_, std::move(words_));
   }
 
  private:

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -118,6 +119,17 @@ template <class T, class Atomics = HardwareAtomics>
   std::array<std::uint64_t, sizeof(T) / 8> local;
   for (std::size_t i = 0; i < local.size(); ++i) local[i] = load_word<Atomics>(words, i);
   return std::bit_cast<T>(local);
+}
+
+/// Returns the latest payload as a struct, or std::nullopt if no read was accepted.
+/// Realtime: wait-free.
+template <class T>
+[[nodiscard]] std::optional<T> read_struct(const DoubleBuffer& buffer) noexcept {
+  T payload{};
+  const ReadResult result =
+      read_latest(buffer, [&](const std::uint64_t* words) { payload = load_struct<T>(words); });
+  if (result.status != ReadStatus::kAccepted) return std::nullopt;
+  return payload;
 }
 
 }  // namespace stillgrid::double_buffer

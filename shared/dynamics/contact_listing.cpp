@@ -5,6 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/collision/smooth_cover.hpp"
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -15,10 +18,6 @@ constexpr double kFarthestAhead = 0.2;      // of a radius, beyond the next tick
 constexpr double kTouching = 1e-3;          // of the radii: the gap that rows of the touching have
 constexpr double kBallInertia = 0.4;        // of mass times square of radius
 constexpr double kInertiaTolerance = 1e-9;  // share by which that of a ball may differ
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// Bounds the speed of every point of a sphere's centre.
 double speed_m_s(const Description::Sphere& sphere, const SceneState& state) {
@@ -111,6 +110,7 @@ ContactListing::ContactListing(const Description& description)
   for (const Description::Sphere& sphere : description.spheres) {
     SideKind kind = side_kind(description, sphere);
     if (kind == SideKind::kBall && spheres[at(sphere.rigid)] > 1) kind = SideKind::kRigid;
+    if (sphere.has_proxy()) tools_.push_back(static_cast<std::int32_t>(kinds_.size()));
     kinds_.push_back(kind);
     lengths_m_.push_back(length_m(description, sphere));
   }
@@ -121,6 +121,16 @@ ContactListing::ContactListing(const Description& description)
                             static_cast<float>(pair.damping_N_s_per_m),
                             static_cast<float>(pair.friction), 0.0F});
     }
+  known_.reserve(kReserved * description.spheres.size());
+  rows_.groups.reserve(candidates_.size());
+  sleeping_contacts_.reserve(description.spheres.size());  // most spheres of a pile have one
+  tool_lanes_.reserve(tools_.size() * sides_reserved());
+  fixtures_.reserve(tools_.size() * sides_reserved());
+}
+
+std::size_t ContactListing::sides_reserved() const {
+  constexpr std::size_t kMaxSides = 256;  // ten times those of the shipped scenes
+  return std::min(kMaxSides, description_.field_number(description_.fields.size()));
 }
 
 /// Slow spheres may move for many ticks before contacts are listed anew, fast ones less far.
@@ -133,61 +143,59 @@ void ContactListing::bound_ways(const SceneState& state, double tick_s) {
     bases_[s] = sphere_position_m(sphere, state);
     bases_[s].w = listing_margin_m(lengths_m_[s], next) + falls;
   }
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    Vector4& base = bases_[at(tools_[t])];
+    base.w += (state.proxy_m[t].vector() - base.vector()).norm();
+  }
 }
 
-/// Returns a box around all that may move.
-Eigen::AlignedBox3d ContactListing::reach(const SceneState& state) const {
-  Eigen::AlignedBox3d box;
-  const auto add = [&](const Eigen::Vector3d& centre_m, double radius_m) {
+/// Lists spheres that are here: those that may move, then those that never do and that these may
+/// reach. Returns how many never move.
+std::size_t ContactListing::find_here(const SceneState& state) {
+  here_.clear();
+  balls_.clear();
+  Eigen::AlignedBox3d reach;  // a box around all that may move
+  const auto extend = [&](const Eigen::Vector3d& centre_m, double radius_m) {
     const Eigen::Vector3d corner_m = Eigen::Vector3d::Constant(radius_m);
-    box.extend(Eigen::AlignedBox3d(centre_m - corner_m, centre_m + corner_m));
+    reach.extend(Eigen::AlignedBox3d(centre_m - corner_m, centre_m + corner_m));
   };
   const auto is_away = [&](int rigid) { return rigid >= 0 && state.is_here[at(rigid)] == 0; };
-  for (std::size_t s = 0; s < bases_.size(); ++s) {
-    const Description::Sphere& sphere = description_.spheres[s];
-    if (!description_.is_fixture(sphere.rigid) && !is_away(sphere.rigid))
-      add(bases_[s].vector(), bases_[s].w + sphere.radius_m);
-  }
+  const auto add_spheres = [&](bool are_fixtures) {
+    for (std::size_t s = 0; s < bases_.size(); ++s) {
+      const Description::Sphere& sphere = description_.spheres[s];
+      if (description_.is_fixture(sphere.rigid) != are_fixtures || is_away(sphere.rigid)) continue;
+      Vector4 ball = bases_[s];
+      ball.w += sphere.radius_m;
+      if (sphere.has_proxy()) ball.w += collision::SmoothCover::margin_m(sphere.radius_m);
+      // What is no number is listed.
+      if (are_fixtures && reach.squaredExteriorDistance(ball.vector()) > ball.w * ball.w) continue;
+      if (!are_fixtures) extend(ball.vector(), ball.w);
+      here_.push_back(static_cast<std::int32_t>(s));
+      balls_.push_back(ball);
+    }
+    return here_.size();
+  };
+  const std::size_t moving = add_spheres(false);
   for (std::size_t f = 0; f < description_.fields.size(); ++f) {
     const Description::Field& field = description_.fields[f];
     if (description_.is_fixture(field.rigid) || is_away(field.rigid)) continue;
     const FieldPose pose = field_base_[f].pose();
-    add(pose.position_m + pose.axes * field_centre_m(field),
-        field_radius_m(field) + field_base_[f].position_m.w);
+    extend(pose.position_m + pose.axes * field_centre_m(field),
+           field_radius_m(field) + field_base_[f].position_m.w);
   }
-  return box;
-}
-
-/// Lists spheres that are here; of those that never move, those that others may reach.
-void ContactListing::find_here(const SceneState& state) {
-  here_.clear();
-  balls_.clear();
-  const Eigen::AlignedBox3d box = reach(state);
-  for (std::size_t s = 0; s < bases_.size(); ++s) {
-    const Description::Sphere& sphere = description_.spheres[s];
-    if (sphere.rigid >= 0 && state.is_here[at(sphere.rigid)] == 0) continue;
-    Vector4 ball = bases_[s];
-    ball.w += sphere.radius_m;
-    // What is no number is listed.
-    if (description_.is_fixture(sphere.rigid) &&
-        box.squaredExteriorDistance(ball.vector()) > ball.w * ball.w)
-      continue;
-    here_.push_back(static_cast<std::int32_t>(s));
-    balls_.push_back(ball);
-  }
+  return add_spheres(true) - moving;
 }
 
 /// Spheres that are away or out of reach come last.
 void ContactListing::order_spheres() {
   order_.clear();
-  for (const std::int32_t ball : pairs_.order()) order_.push_back(here_[at(ball)]);
-  std::size_t next = 0;
-  for (std::int32_t s = 0; s < static_cast<std::int32_t>(bases_.size()); ++s) {
-    if (next < here_.size() && here_[next] == s)
-      ++next;
-    else
-      order_.push_back(s);
+  seen_.assign(bases_.size(), 0);
+  for (const std::int32_t ball : pairs_.order()) {
+    order_.push_back(here_[at(ball)]);
+    seen_[at(order_.back())] = 1;
   }
+  for (std::int32_t s = 0; s < static_cast<std::int32_t>(bases_.size()); ++s)
+    if (seen_[at(s)] == 0) order_.push_back(s);
 }
 
 /// Balls are the first of the rigid bodies, in the order of spheres.
@@ -212,7 +220,11 @@ void ContactListing::order_movers() {
 
 void ContactListing::collect_near() {
   near_spheres_.clear();
+  tool_places_.resize(tools_.size());
   for (const std::int32_t s : order_) {
+    const auto tool = std::ranges::lower_bound(tools_, s);
+    if (tool != tools_.end() && *tool == s)
+      tool_places_[static_cast<std::size_t>(tool - tools_.begin())] = near_spheres_.size();
     const Description::Sphere& sphere = description_.spheres[at(s)];
     near_spheres_.push_back(
         {.rigid = sphere.rigid,
@@ -222,6 +234,7 @@ void ContactListing::collect_near() {
          .is_driven = sphere.rigid >= 0 && description_.rigid_bodies[at(sphere.rigid)].is_driven,
          .is_still = is_still(s),
          .material = sphere.material,
+         .is_tool = sphere.is_tool,
          .tool_slip_speed_m_s = static_cast<float>(sphere.tool_slip_speed_m_s),
          .is_field_point = sphere.is_field_point,
          .radius_m = sphere.radius_m});
@@ -242,7 +255,7 @@ bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
   const NearSphere &a = near_spheres_[at(place)], &b = near_spheres_[at(other)];
   if (a.rigid >= 0 && a.rigid == b.rigid) return false;
   // A tool feels driven bodies, though nothing moves.
-  const bool is_felt = (a.tool_slip_speed_m_s > 0.0F) != (b.tool_slip_speed_m_s > 0.0F);
+  const bool is_felt = a.is_tool != b.is_tool;
   if (a.is_driven && b.is_driven && !is_felt) return false;
   if (a.is_field_point || b.is_field_point) return false;
   return a.body == b.body
@@ -250,11 +263,22 @@ bool ContactListing::may_collide(std::int32_t place, std::int32_t other) const {
              : !has_pair(description_.apart, a.body, b.body);
 }
 
+/// Whether a pair may touch. A proxy's neighbours of what it touches may, too.
+bool ContactListing::may_be_near(std::int32_t place, std::int32_t other) const {
+  if (has_proxy(other)) std::swap(place, other);
+  if (!has_proxy(place)) return true;
+  const NearSphere &a = near_spheres_[at(place)], &b = near_spheres_[at(other)];
+  const double near_m = base_[at(place)].w + base_[at(other)].w + a.radius_m + b.radius_m +
+                        collision::SmoothCover::neighbour_gap_m(a.radius_m, b.radius_m);
+  return (base_[at(place)] - base_[at(other)]).vector().squaredNorm() < near_m * near_m;
+}
+
 void ContactListing::gather() {
+  fixtures_.clear();
   for (auto& group : candidates_) group.clear();
   for (const NearPair& pair : pairs_.pairs()) {
     std::int32_t a = pair.first, b = pair.second;
-    if (!may_collide(a, b)) continue;
+    if (!may_collide(a, b) || !may_be_near(a, b) || add_fixture(a, b)) continue;
     if (near_spheres_[at(a)].is_still && near_spheres_[at(b)].is_still) continue;
     if (near_spheres_[at(a)].kind > near_spheres_[at(b)].kind) std::swap(a, b);
     const NearSphere &near_a = near_spheres_[at(a)], &near_b = near_spheres_[at(b)];
@@ -329,8 +353,8 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   remember();
   bound_ways(state, tick_s);
   bound_field_ways(state, tick_s);
-  find_here(state);
-  pairs_.find(balls_);
+  const std::size_t still = find_here(state);
+  pairs_.find(balls_, still);
   order_spheres();
   order_movers();
   collect_near();

@@ -12,6 +12,7 @@
 #include "shared/dynamics/near_pairs.hpp"
 #include "shared/dynamics/row_packer.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/tool_lane.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -65,6 +66,7 @@ class ContactListing {
     std::vector<FieldBase> field_base;
     std::vector<ContactHistory> history;  // lanes
     std::vector<SleepingContact> sleeping;
+    std::vector<ToolFixture> fixtures;
   };
   void save(Saved& saved) const;
   /// Throws std::invalid_argument where the numbers cannot be a listing of this Description. Only a
@@ -116,6 +118,23 @@ class ContactListing {
     const std::int32_t sphere = order_[static_cast<std::size_t>(sphere_b)];
     return description_.spheres[static_cast<std::size_t>(sphere)].rigid;
   }
+  /// Spheres of tools that have proxies, in the order of SceneState::proxy_m.
+  [[nodiscard]] std::span<const std::int32_t> tools() const noexcept { return tools_; }
+  /// Returns the place of such a sphere at the last listing. w: the reach of it and its proxy
+  /// until the next one.
+  [[nodiscard]] const Vector4& base_of_tool(std::size_t tool) const {
+    return base_[tool_places_[tool]];
+  }
+  /// Contacts of these spheres with bodies that may move, and with fixtures, which are in no row.
+  [[nodiscard]] std::span<ToolLane> tool_lanes() noexcept { return tool_lanes_; }
+  [[nodiscard]] std::span<const ToolLane> tool_lanes() const noexcept { return tool_lanes_; }
+  [[nodiscard]] std::span<const ToolFixture> tool_fixtures() const noexcept { return fixtures_; }
+  /// Returns how many contacts of a tool's sphere take no memory beyond that of the constructor.
+  [[nodiscard]] std::size_t sides_reserved() const;
+  /// The tool's contact in a lane, or null.
+  [[nodiscard]] const ToolLane* tool_lane(std::size_t row, std::size_t lane) const;
+  /// Depth of a tool's contact where the bodies of the state are; negative: a gap.
+  [[nodiscard]] double tool_depth_m(const ToolLane& lane, const SceneState& state) const;
   /// Lanes of contacts of which one side sleeps.
   [[nodiscard]] std::span<const Lane> sleeper_lanes() const noexcept { return sleeper_lanes_; }
   [[nodiscard]] std::span<const SleepingContact> sleeping_contacts() const noexcept {
@@ -126,7 +145,7 @@ class ContactListing {
   /// Rigid bodies of rigid_order() that are awake: the first ones.
   [[nodiscard]] std::size_t rigid_awake() const noexcept { return rigid_awake_; }
   [[nodiscard]] std::size_t listings() const noexcept { return listings_; }
-  /// The search of the last listing: near pairs, and about how many spheres were compared.
+  /// The search of the last listing: near pairs, and how many pairs of spheres were compared.
   [[nodiscard]] double near_pairs() const noexcept {
     return static_cast<double>(pairs_.pairs().size());
   }
@@ -144,6 +163,7 @@ class ContactListing {
     SideKind kind;
     bool is_driven, is_still;
     std::int32_t material;
+    bool is_tool;
     float tool_slip_speed_m_s;
     bool is_field_point;
     double radius_m;
@@ -170,17 +190,24 @@ class ContactListing {
   void add_candidate(std::int32_t a, std::int32_t b, SideKind kind_b);
   void collect_near();
   void collect_near_fields();
-  [[nodiscard]] Eigen::AlignedBox3d reach(const SceneState& state) const;
-  void find_here(const SceneState& state);
+  [[nodiscard]] std::size_t find_here(const SceneState& state);
   void bound_field_ways(const SceneState& state, double tick_s);
   void gather_fields(const SceneState& state);
   void add_field_lane(std::size_t row, std::size_t lane);
+  [[nodiscard]] bool has_proxy(std::int32_t place) const {
+    const NearSphere& sphere = near_spheres_[static_cast<std::size_t>(place)];
+    return sphere.is_tool && sphere.tool_slip_speed_m_s == 0.0F;
+  }
+  [[nodiscard]] bool add_fixture(std::int32_t place, std::int32_t other);
+  void add_tool_lane(std::size_t row, std::size_t lane, std::int32_t tool, std::int32_t other,
+                     bool is_a);
   [[nodiscard]] bool may_meet_field(std::int32_t place, std::int32_t field) const;
   /// Side b of a lane that is no plane, as a Candidate has it.
   [[nodiscard]] std::int32_t listed_other(std::int32_t sphere_b) const;
   void check_rows(const Saved& saved) const;
   [[nodiscard]] PairConstants constants_of(const NearSphere& a, const NearSphere& b) const;
   [[nodiscard]] bool may_collide(std::int32_t place, std::int32_t other) const;
+  [[nodiscard]] bool may_be_near(std::int32_t place, std::int32_t other) const;
   [[nodiscard]] std::size_t movers_of(std::int32_t place, std::int32_t* movers) const;
   [[nodiscard]] bool sleeps(std::int32_t sphere) const {
     return !sleeps_.empty() && sleeps_[static_cast<std::size_t>(sphere)] != 0;
@@ -222,11 +249,15 @@ class ContactListing {
   std::vector<FieldBase> field_base_;
   std::vector<FieldLane> field_lanes_;
   std::vector<std::int32_t> near_field_;  // places
+  std::vector<std::int32_t> tools_;       // see tools()
+  std::vector<std::size_t> tool_places_;  // places in order(), one for each of tools_
+  std::vector<ToolLane> tool_lanes_;      // sorted by row and lane
+  std::vector<ToolFixture> fixtures_;
   std::size_t listings_ = 0, rigid_awake_ = 0;
   std::span<const std::uint8_t> sleeps_, rigid_sleeps_;  // spheres, rigid bodies
   std::vector<SleepingContact> sleeping_contacts_;
   std::vector<Lane> sleeper_lanes_;
-  mutable std::vector<std::uint8_t> seen_;  // scratch of check()
+  mutable std::vector<std::uint8_t> seen_;  // spheres; scratch
   bool is_sleep_new_ = false;               // since the last listing
 };
 

@@ -1,18 +1,11 @@
 // Contacts of spheres with distance fields.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/field_geometry.hpp"
 
 namespace stillgrid::dynamics {
-namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
-
-}  // namespace
-
 /// Fields stand behind spheres.
 void ContactListing::collect_near_fields() {
   auto number = static_cast<std::int32_t>(description_.field_number(0));
@@ -24,6 +17,7 @@ void ContactListing::collect_near_fields() {
                              .is_driven = description_.rigid_bodies[at(field.rigid)].is_driven,
                              .is_still = is_still(number++),
                              .material = field.material,
+                             .is_tool = false,
                              .tool_slip_speed_m_s = 0.0F,
                              .is_field_point = false,
                              .radius_m = field_radius_m(field)});
@@ -33,7 +27,7 @@ bool ContactListing::may_meet_field(std::int32_t place, std::int32_t field) cons
   const NearSphere& sphere = near_spheres_[at(place)];
   const NearSphere& own = near_spheres_[description_.spheres.size() + at(field)];
   return sphere.rigid != own.rigid && sphere.body != own.body &&
-         !(sphere.is_driven && own.is_driven && sphere.tool_slip_speed_m_s == 0.0F) &&
+         !(sphere.is_driven && own.is_driven && !sphere.is_tool) &&
          !std::ranges::binary_search(
              description_.apart,
              std::pair(std::min(sphere.body, own.body), std::max(sphere.body, own.body)));
@@ -70,6 +64,7 @@ void ContactListing::gather_fields(const SceneState& state) {
       if (!may_meet_field(place, f) || (base - ball).vector().squaredNorm() > far_m * far_m ||
           least_distance_m(field, pose.into(base.vector())) > within_m + margin_m)
         continue;
+      if (add_fixture(place, static_cast<std::int32_t>(description_.spheres.size()) + f)) continue;
       add_candidate(place, static_cast<std::int32_t>(description_.spheres.size()) + f,
                     SideKind::kRigid);
     }

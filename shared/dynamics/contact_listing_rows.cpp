@@ -2,15 +2,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/contact_history.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 bool is_zero(const ContactRow& row, const RowPlace& place, std::size_t lane) {
   return row.push_impulse_N_s[lane] == 0.0F && place.stretch_m[0][lane] == 0.0F &&
@@ -128,12 +125,14 @@ void ContactListing::recall() {
 /// A tool has no material: its contacts have that of the other side.
 ContactListing::PairConstants ContactListing::constants_of(const NearSphere& a,
                                                            const NearSphere& b) const {
-  const bool is_tool = a.tool_slip_speed_m_s > 0.0F;
-  const float slip_speed = std::max(a.tool_slip_speed_m_s, b.tool_slip_speed_m_s);
-  if (slip_speed == 0.0F)
+  if (!a.is_tool && !b.is_tool)
     return constants_[at(a.material) * description_.materials.size() + at(b.material)];
-  const collision::ContactMaterial material = collision::tool_material(
-      description_.materials[at(is_tool ? b.material : a.material)], slip_speed);
+  const float slip_speed = std::max(a.tool_slip_speed_m_s, b.tool_slip_speed_m_s);
+  const auto material_of_other = at(a.is_tool ? b.material : a.material);
+  if (slip_speed == 0.0F)
+    return constants_[material_of_other * (description_.materials.size() + 1)];
+  const collision::ContactMaterial material =
+      collision::tool_material(description_.materials[material_of_other], slip_speed);
   return {static_cast<float>(material.stiffness_N_per_m),
           static_cast<float>(material.damping_N_s_per_m), static_cast<float>(material.friction),
           static_cast<float>(1.0 / material.slip_speed_m_s)};
@@ -179,11 +178,16 @@ void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_pl
   row.friction[lane] = constants.friction;
   row.viscous_s_per_m[lane] = constants.viscous_s_per_m;
   if (is_field) add_field_lane(index, lane);
+  if (has_proxy(place.sphere_a[lane]))
+    add_tool_lane(index, lane, place.sphere_a[lane], place.sphere_b[lane], true);
+  else if (!is_plane && !is_field && has_proxy(place.sphere_b[lane]))
+    add_tool_lane(index, lane, place.sphere_b[lane], place.sphere_a[lane], false);
 }
 
 /// Pre: the places of rows hold their spheres, and everything else is theirs to compute.
 void ContactListing::derive() {
   field_lanes_.clear();
+  tool_lanes_.clear();
   std::size_t soft = 0, rigid = 0;
   const auto reserve = [&](SideKind kind, std::size_t count) {
     std::size_t& sides = kind == SideKind::kSoft ? soft : rigid;
@@ -195,6 +199,9 @@ void ContactListing::derive() {
     group.first_side_a = reserve(group.a, group.end - group.first);
     group.first_side_b = reserve(group.b, group.end - group.first);
   }
+  // As many rows of other kinds may need more sides than these.
+  rows_.soft_sides.reserve(2 * rows_.rows.capacity());
+  rows_.rigid_sides.reserve(2 * rows_.rows.capacity());
   rows_.soft_sides.assign(soft, SoftSide{});
   rows_.rigid_sides.assign(rigid, RigidSide{});
   const auto set_nodes = [&](SoftSide& side, std::size_t lane, std::int32_t place, bool is_used) {

@@ -2,15 +2,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/contact_history.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 void require(bool is_right) {
   if (!is_right) throw std::invalid_argument("the block is not a listing of this scene");
@@ -70,23 +67,30 @@ void ContactListing::check(const Saved& saved, bool is_stale) const {
             at(contact.second) < description_.field_number(description_.fields.size()));
   const bool is_empty = saved.base.empty() && saved.order.empty() && saved.groups.empty() &&
                         saved.sphere_a.empty() && saved.field_base.empty();
+  for (const ToolFixture& fixture : saved.fixtures) {
+    require(fixture.tool >= 0 && at(fixture.tool) < tools_.size() && fixture.other >= 0 &&
+            at(fixture.other) < description_.field_number(description_.fields.size()));
+    require(description_.side(at(fixture.other)).plane == nullptr);
+  }
   if (is_stale && is_empty) return;  // nothing was listed yet
   check_rows(saved);
 }
 
 void ContactListing::save(Saved& saved) const {
-  saved.base.clear();
-  saved.order.clear();
-  saved.groups.clear();
-  saved.field_base.clear();
   saved.sphere_a.clear();
   saved.sphere_b.clear();
   saved.history.clear();
-  saved.sleeping = sleeping_contacts_;
-  saved.base = base_;
-  saved.order = order_;
-  saved.groups = rows_.groups;
-  saved.field_base = field_base_;
+  // With the room too: a block of another state, with more contacts, is loaded into it.
+  const auto copy = [](const auto& from, auto& to) {
+    to.reserve(from.capacity());
+    to = from;
+  };
+  copy(sleeping_contacts_, saved.sleeping);
+  copy(base_, saved.base);
+  copy(order_, saved.order);
+  copy(rows_.groups, saved.groups);
+  copy(field_base_, saved.field_base);
+  copy(fixtures_, saved.fixtures);
   for (const RowGroup& group : rows_.groups)
     for (std::size_t i = kRowLanes * group.first; i < kRowLanes * group.end; ++i) {
       const std::size_t row = i / kRowLanes, lane = i % kRowLanes;
@@ -106,6 +110,7 @@ void ContactListing::load(const Saved& saved) {
   base_ = saved.base;
   order_ = saved.order;
   field_base_ = saved.field_base;
+  fixtures_ = saved.fixtures;
   order_movers();
   collect_near();
   rows_.groups = saved.groups;

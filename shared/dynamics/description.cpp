@@ -61,7 +61,8 @@ class Hash {
 
 void add_sphere(const Description::Sphere& sphere, Hash& hash) {
   hash.add(sphere.radius_m, sphere.material, sphere.body, sphere.rigid, sphere.node_count,
-           sphere.tool_slip_speed_m_s, sphere.is_field_point);
+           sphere.is_tool, sphere.tool_slip_speed_m_s, sphere.is_field_point,
+           sphere.crushing_force_N);
   hash.add_vector(sphere.local_m);
   for (const int node : sphere.nodes) hash.add(node);
   for (const double weight : sphere.weights) hash.add(weight);
@@ -70,7 +71,7 @@ void add_sphere(const Description::Sphere& sphere, Hash& hash) {
 void add_field(const Description::Field& field, Hash& hash) {
   const proto::FieldShape& shape = field.distance->shape();
   hash.add(field.rigid, field.material, field.body, shape.brick_m, shape.bounding_radius_m,
-           shape.fine_count, shape.has_stiffness);
+           shape.fine_count, shape.has_stiffness, shape.kind);
   hash.add_vector(field.position_m);
   hash.add_vector(field.orientation.vec());
   hash.add(field.orientation.w());

@@ -59,12 +59,16 @@ struct Description {
     int node_count = 0;                                 // 1 to 4 where rigid is -1
     std::array<int, 4> nodes{};
     std::array<double, 4> weights{};  // sum to one
-    /// Above zero for a tool: friction is viscous below this speed and never sticks. The
-    /// contact has the material of the other side.
+    /// A tool's contact has the material of the other side. It is met by its proxy: see ToolLane.
+    bool is_tool = false;
+    /// Above zero: the tool is met by the paper's penalty sum, without a proxy, and friction is
+    /// viscous up to this speed.
     double tool_slip_speed_m_s = 0.0;
+    [[nodiscard]] bool has_proxy() const { return is_tool && tool_slip_speed_m_s == 0.0; }
     /// A point of the surface of a rigid body with a field. It collides with planes and with the
     /// fields of other bodies, but with no sphere.
     bool is_field_point = false;
+    double crushing_force_N = 0.0;  // see proto::SphereRecord
   };
   /// The signed distance to the surface of a rigid body. Spheres of other bodies collide with it.
   struct Field {

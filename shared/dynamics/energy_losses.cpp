@@ -2,12 +2,10 @@
 
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 Eigen::Vector3d vector_of(const float (&v)[3]) {
   return {v[0], v[1], v[2]};

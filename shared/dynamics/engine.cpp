@@ -27,9 +27,9 @@ int substeps_by_contacts(const ContactRates& rates, double tick_s) {
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min<double>(asked, kMaxSubsteps))) : 1;
 }
 
-// Iterations of a substep, in turn forwards and backwards. With three an undamped block that many
-// contacts bear gains energy.
-constexpr int kIterations = 4, kIterationsOfBalls = 2;
+// Iterations of a substep, in turn forwards and backwards. Each leaves up to 0.4 of the error of
+// contacts that share a body. With five an undamped box gains 0.14 % of its energy in a bounce.
+constexpr int kIterations = 6, kIterationsOfBalls = 2;
 
 Description validated(Description description) {
   validate(description);
@@ -66,6 +66,16 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   reactions_.resize(driven_.size());
   poses_.resize(driven_.size());
   appeared_.resize(driven_.size());
+  held_J_.resize(driven_.size());
+  is_tool_.resize(driven_.size());
+  for (const std::int32_t s : listing_.tools())
+    is_tool_[static_cast<std::size_t>(driven_of_rigid_[static_cast<std::size_t>(
+        description_.spheres[static_cast<std::size_t>(s)].rigid)])] = 1;
+  if (state_.proxy_m.empty())
+    for (const std::int32_t s : listing_.tools())
+      state_.proxy_m.push_back(
+          sphere_position_m(description_.spheres[static_cast<std::size_t>(s)], state_));
+  state_.proxy_stretch_m.resize(listing_.tools().size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
   if (method.make != nullptr) coupled_ = method.make(description_, method.tolerance_m_s);
@@ -80,21 +90,26 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   smallest_length_m_ = std::numeric_limits<double>::infinity();
   for (const double length_m : listing_.lengths_m())
     smallest_length_m_ = std::min(smallest_length_m_, length_m);
-  const bool has_tool = std::ranges::any_of(
-      description_.spheres, [](const auto& sphere) { return sphere.tool_slip_speed_m_s > 0.0; });
+  const bool has_tool =
+      std::ranges::any_of(description_.spheres, [](const auto& sphere) { return sphere.is_tool; });
   const auto is_kinematic = [&](int rigid) {
     const auto& body = description_.rigid_bodies[static_cast<std::size_t>(rigid)];
     return body.is_driven && !body.is_fixture;
   };
   for (const Description::Sphere& sphere : description_.spheres)
-    if (has_tool && sphere.rigid >= 0 && sphere.tool_slip_speed_m_s == 0.0)
+    if (has_tool && sphere.rigid >= 0 && !sphere.is_tool)
       may_pass_ = may_pass_ && !is_kinematic(sphere.rigid);
   for (const Description::Field& field : description_.fields)
     may_pass_ = may_pass_ && !is_kinematic(field.rigid);
   listing_.set_sleeping(sleep_.spheres(), sleep_.rigid_bodies());
   awake_nodes_.reserve(description_.bodies.size() + 2);
   awake_joints_.reserve(description_.joints.size());
-  still_at_.reserve(description_.spheres.size());
+  still_at_.resize(description_.spheres.size());
+  still_.arrange(still_at_);  // takes the memory of as many
+  touchable_.reserve(listing_.sides_reserved());
+  seen_.reserve(touchable_.capacity());
+  spaces_.reserve(touchable_.capacity());
+  surfaces_.reserve(touchable_.capacity());
   adopt_sleep();
 }
 
@@ -126,7 +141,9 @@ void Engine::aim_driven(std::span<const DrivenPose> driven, double tick_s) {
     reactions_[k] = {};
     const std::uint8_t is_here = driven[k].is_here ? 1 : 0;
     if (is_here < state_.is_here[r])
-      reactions_[k].brought_J = -energy_of_contacts_J(listing_, static_cast<int>(r));
+      reactions_[k].brought_J = is_tool_[k] != 0
+                                    ? -std::exchange(held_J_[k], 0.0)
+                                    : -energy_of_contacts_J(listing_, static_cast<int>(r));
     is_stale_ = is_stale_ || is_here != state_.is_here[r];
     appeared_[k] = is_here > state_.is_here[r] ? 1 : 0;
     if (appeared_[k] != 0) {
@@ -189,19 +206,27 @@ void Engine::divided_tick(double tick_s, int given_substeps) {
                                              substeps_by_contacts(state_.contacts, tick_s)});
   const double substep_s = tick_s / substeps_;
   state_.contacts = {};
+  move_proxies(tick_s);
+  int moved_at = 0;
   for (int k = 0; k < substeps_; ++k) {
     // A sphere that was struck may be faster than contacts were listed for.
-    if (k > 0 && by_speed > 1 && !listing_holds(substep_s)) list_contacts(tick_s - k * substep_s);
+    if (k > 0 && by_speed > 1 && !listing_holds(substep_s)) {
+      finish_proxies(static_cast<double>(k - moved_at) / (substeps_ - moved_at));
+      moved_at = k;
+      list_contacts(tick_s - k * substep_s);
+      move_proxies(tick_s - k * substep_s);
+    }
     substep(substep_s);
   }
   turn_balls(balls_, state_, tick_s);
+  finish_proxies();
 }
 
 void Engine::advance(double tick_s, int given_substeps) {
   if (!listing_holds(tick_s)) list_contacts(tick_s);
   wake_touched(tick_s);
   for (std::size_t k = 0; k < driven_.size(); ++k)
-    if (appeared_[k] != 0)
+    if (appeared_[k] != 0 && is_tool_[k] == 0)
       reactions_[k].brought_J = energy_of_contacts_J(listing_, static_cast<int>(driven_[k]));
   if (coupled_)
     coupled_tick(tick_s);
@@ -212,9 +237,15 @@ void Engine::advance(double tick_s, int given_substeps) {
 void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_substeps) {
   const realtime::FlushDenormals flush;  // or results would depend on the mode of the thread
   aim_driven(driven, tick_s);
+  begin_proxies();
   meter_.clear();
   const bool passes_by = passes(tick_s);
-  if (!passes_by) advance(tick_s, given_substeps);
+  if (passes_by) {
+    move_proxies(tick_s);
+    finish_proxies();
+  } else {
+    advance(tick_s, given_substeps);
+  }
   for (std::size_t k = 0; k < driven_.size(); ++k) {
     state_.rigid_position_m[driven_[k]] = Vector4(poses_[k].position_m);
     state_.orientation[driven_[k]] = Vector4(poses_[k].orientation);
@@ -223,6 +254,7 @@ void Engine::step(std::span<const DrivenPose> driven, double tick_s, int given_s
   if (sleep_.settle(state_, listing_, bodies_, tick_s)) {
     adopt_sleep();
     list_contacts(tick_s);
+    move_proxies(0.0);
   }
 }
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "shared/collision/smooth_cover.hpp"
+#include "shared/collision/tool_proxy.hpp"
 #include "shared/dynamics/ball_motion.hpp"
 #include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/contact_solver.hpp"
@@ -120,7 +122,32 @@ class Engine {
     Eigen::Matrix3d axes;
     double speed_m_s, spin_rad_s;
   };
+  /// A half-space of another side, its velocity, and the scale of its field's map.
+  struct Seen {
+    collision::HalfSpace space;
+    Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+    double map_scale = 1.0;
+    collision::SeenSurface surface;
+  };
+  /// A tick of a tool's sphere, and where its proxy begins it.
+  struct ProxyTick {
+    collision::DeviceMove device;
+    Eigen::Vector3d proxy_m;
+  };
   void aim_driven(std::span<const DrivenPose> driven, double tick_s);
+  void begin_proxies();
+  [[nodiscard]] Seen see(std::int32_t other, const Eigen::Vector3d& proxy_m, const ProxyTick& tick,
+                         collision::TickPart part) const;
+  std::span<collision::HalfSpace> lay(const Eigen::Vector3d& proxy_m, const ProxyTick& tick,
+                                      collision::TickPart part);
+  void find_touchable(std::int32_t tool);
+  void move_proxies(double part_s);
+  void aim_lane(ToolLane& lane, const Seen& seen, const collision::HalfSpace& space,
+                const ProxyTick& tick);
+  [[nodiscard]] Eigen::Vector3d turned_aside_m(const ToolLane& lane) const;
+  void finish_proxies(double share = 1.0);
+  [[nodiscard]] double tool_energy_J(std::size_t driven) const;
+  [[nodiscard]] double behind_m(std::size_t tool) const;
   [[nodiscard]] bool listing_holds(double tick_s);
   void drift(double duration_s);
   void load_movers();
@@ -190,11 +217,21 @@ class Engine {
   std::vector<std::int32_t> driven_of_rigid_;  // -1: not driven
   std::vector<DrivenPose> poses_;              // at the end of the tick, as driven_
   std::vector<std::uint8_t> appeared_;         // in this tick, as driven_
-  std::vector<DrivenReaction> reactions_;      // one for each of driven_
-  mutable ContactListing::Saved saved_;        // scratch of save() and load()
-  SceneState loaded_;                          // scratch of load()
-  Sleep::Saved loaded_sleep_;                  // likewise
-  std::vector<float> ways_m_;                  // spheres in a tick, as ContactListing::order()
+  std::vector<std::uint8_t> is_tool_;          // whether each of driven_ has proxies
+  std::vector<double> held_J_;  // tool_energy_J() of each of driven_, after the last substep
+  std::vector<DrivenReaction> reactions_;     // one for each of driven_
+  mutable ContactListing::Saved saved_;       // scratch of save() and load()
+  SceneState loaded_;                         // scratch of load()
+  std::vector<double> loaded_held_J_;         // likewise
+  Sleep::Saved loaded_sleep_;                 // likewise
+  std::vector<std::int32_t> touchable_;       // numbers of Description::side() near a tool's sphere
+  std::vector<Vector4> moved_proxy_m_;        // at the end of the part; as SceneState::proxy_m
+  bool a_tool_goes_far_ = false;              // a tool moves past a surface by more than its radius
+  std::vector<Seen> seen_;                    // likewise
+  std::vector<collision::HalfSpace> spaces_;  // likewise
+  std::vector<collision::SeenSurface> surfaces_;  // likewise
+  collision::SmoothCover cover_;
+  std::vector<float> ways_m_;  // spheres in a tick, as ContactListing::order()
   double smallest_length_m_ = 0.0;
   int substeps_ = 1;      // last tick
   bool is_stale_ = true;  // contacts must be listed before the next tick

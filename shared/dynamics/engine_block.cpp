@@ -9,7 +9,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x33'6b636f6c62'6773;  // "sgblock3"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x34'6b636f6c62'6773;  // "sgblock4"; counts up with the layout
 
 double rate(BlockReader& reader) {
   const auto value = reader.number<double>();
@@ -25,9 +25,9 @@ void read_as_many(BlockReader& reader, std::vector<T>& values, std::size_t count
     throw std::invalid_argument("the block is of a scene of other bodies");
 }
 
-/// Calls visit(array) for all arrays of nodes, then for all of rigid bodies.
-template <class State, class Nodes, class Rigid>
-void each_array(State& state, const Nodes& nodes, const Rigid& rigid) {
+/// Calls a visitor with each array: of nodes, of rigid bodies, of tools with proxies.
+template <class State, class Nodes, class Rigid, class Tools>
+void each_array(State& state, const Nodes& nodes, const Rigid& rigid, const Tools& tools) {
   nodes(state.node_position_m);
   nodes(state.node_velocity_m_s);
   rigid(state.rigid_position_m);
@@ -35,6 +35,8 @@ void each_array(State& state, const Nodes& nodes, const Rigid& rigid) {
   rigid(state.orientation);
   rigid(state.angular_velocity_rad_s);
   rigid(state.is_here);
+  tools(state.proxy_m);
+  tools(state.proxy_stretch_m);
 }
 
 }  // namespace
@@ -48,7 +50,7 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(state_.contacts.stiffness_per_s2);
   writer.add(state_.contacts.damping_per_s);
   writer.add<std::uint64_t>(is_stale_ ? 1 : 0);
-  each_array(state_, add, add);
+  each_array(state_, add, add, add);
   writer.add(sleep_.saved().rested_s);
   writer.add(sleep_.saved().island);
   listing_.save(saved_);
@@ -60,6 +62,8 @@ void Engine::save(std::vector<std::byte>& block) const {
   writer.add(saved_.field_base);
   writer.add(saved_.history);
   writer.add(saved_.sleeping);
+  writer.add(saved_.fixtures);
+  writer.add(held_J_);
 }
 
 void Engine::load(std::span<const std::byte> block) {
@@ -74,7 +78,8 @@ void Engine::load(std::span<const std::byte> block) {
   const bool is_stale = reader.number<std::uint64_t>() != 0;
   each_array(
       state, [&](auto& values) { read_as_many(reader, values, description_.nodes.size()); },
-      [&](auto& values) { read_as_many(reader, values, description_.rigid_bodies.size()); });
+      [&](auto& values) { read_as_many(reader, values, description_.rigid_bodies.size()); },
+      [&](auto& values) { read_as_many(reader, values, listing_.tools().size()); });
   Sleep::Saved& sleep = loaded_sleep_;
   read_as_many(reader, sleep.rested_s, description_.bodies.size());
   read_as_many(reader, sleep.island, description_.bodies.size());
@@ -86,6 +91,8 @@ void Engine::load(std::span<const std::byte> block) {
   reader.read(saved_.field_base);
   reader.read(saved_.history);
   reader.read(saved_.sleeping);
+  reader.read(saved_.fixtures);
+  read_as_many(reader, loaded_held_J_, driven_.size());
   if (!reader.is_at_end()) throw std::invalid_argument("the block goes on behind its end");
   sleep_.check(sleep);
   listing_.check(saved_, is_stale);
@@ -94,6 +101,7 @@ void Engine::load(std::span<const std::byte> block) {
   listing_.load(saved_);
   if (!is_stale) adopt_listing();
   std::swap(state_, loaded_);
+  std::swap(held_J_, loaded_held_J_);
   is_stale_ = is_stale;
 }
 

@@ -8,7 +8,6 @@ namespace {
 constexpr int kHalvings = 12;        // of a step in which something would pass through a body
 constexpr int kHalvingsToSolve = 4;  // of one whose equations are not solved
 constexpr int kListings = 3;         // of one part, as its solution moves on
-constexpr long kMaxWork = 20'000;    // iterations and products of a tick
 
 }  // namespace
 
@@ -35,6 +34,7 @@ bool Engine::solve_part(double h, bool may_divide) {
     coupled_->write_velocities(ahead_);
     listing_.list(ahead_, h);
     adopt_listing();
+    move_proxies(h);
     coupled_->restart(listing_);
   }
 }
@@ -48,15 +48,18 @@ void Engine::note_coupled_reactions() {
 /// method does not solve with the work of a tick is left to small steps.
 void Engine::coupled_part(double h, int halvings) {
   if (stop_ != nullptr && *stop_) return;
-  if (solve_.iterations + solve_.products >= kMaxWork) {
+  if (solve_.is_spent()) {
     solve_.converged = false;
     divided_tick(h, 0);
     solve_.parts += substeps_;
     return;
   }
   if (!listing_holds(h)) list_contacts(h);
+  move_proxies(h);
   const SolveFigures before = solve_;
-  const bool stays_out = solve_part(h, halvings > 0);
+  // Whoever goes by in a part would push at its end alone, and be past.
+  const bool goes_by = a_tool_goes_far_ && halvings > 0;
+  const bool stays_out = !goes_by && solve_part(h, halvings > 0);
   const bool is_divided =
       stays_out ? !solve_.converged && halvings > kHalvings - kHalvingsToSolve : halvings > 0;
   solve_.converged = before.converged && (is_divided || solve_.converged);
@@ -72,6 +75,7 @@ void Engine::coupled_part(double h, int halvings) {
   note_coupled_reactions();
   if (counts_losses_) meter_.add(coupled_->losses());
   coupled_->finish(state_, listing_, bodies_.places);
+  finish_proxies();
 }
 
 }  // namespace stillgrid::dynamics

@@ -27,12 +27,18 @@ struct DrivenReaction {
   Eigen::Vector3d rigid_moment_N_m_s = Eigen::Vector3d::Zero();
   /// Energy of contacts in which the body appeared, less those from which it disappeared.
   double brought_J = 0.0;
+  /// Energy of its contacts' springs since its proxies moved. No work of the tool paid for it.
+  double aimed_J = 0.0;
 };
 
 /// Returns the larger residual. One that is not a number is the worst.
 [[nodiscard]] inline double worse_residual_m_s(double a, double b) {
   return std::isnan(a) || a > b ? a : b;
 }
+
+/// The most iterations and products of a tick, but for its last part. Small steps take the rest,
+/// and the tick has not converged.
+inline constexpr long kMaxWork = 20'000;
 
 /// Figures of the equations of a tick.
 struct SolveFigures {
@@ -43,6 +49,7 @@ struct SolveFigures {
   long products = 0;          // linear systems: products with the equations' derivative
   double residual_m_s = 0.0;  // rms over nodes and rigid bodies, in the worst part
 
+  [[nodiscard]] bool is_spent() const { return iterations + products >= kMaxWork; }
   SolveFigures& operator+=(const SolveFigures& more) {
     converged = converged && more.converged;
     parts += more.parts;

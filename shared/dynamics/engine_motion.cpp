@@ -1,15 +1,12 @@
 // How nodes and rigid bodies move within a substep.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// How much `now` is more than the float that `before` was rounded to.
 Vector4 change_since(const Vector4& before, const float (&now)[3]) {

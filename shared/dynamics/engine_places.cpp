@@ -2,17 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/engine.hpp"
 
 namespace stillgrid::dynamics {
-namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
-
-}  // namespace
-
 void Engine::place_spheres(std::span<const OtherSphere> spheres, double h) {
   const double falls = h * h * description_.gravity_m_s2.norm();
   for (const std::int32_t rigid : others()) {
@@ -58,6 +51,14 @@ bool Engine::listing_holds(double tick_s) {
     const float x = place.moved_m[0], y = place.moved_m[1], z = place.moved_m[2];
     const double way = std::sqrt(x * x + y * y + z * z) + place.margin_m;
     holds = holds && way < sphere.base.w;
+  }
+  for (std::size_t t = 0; t < listing_.tools().size(); ++t) {
+    const Description::Sphere& sphere = description_.spheres[at(listing_.tools()[t])];
+    if (state_.is_here[at(sphere.rigid)] == 0) continue;
+    const Vector4& base = listing_.base_of_tool(t);
+    holds = holds && (state_.proxy_m[t] - base).vector().norm() +
+                             tick_s * sphere_velocity_m_s(sphere, state_).norm() <
+                         base.w;
   }
   return holds;
 }

@@ -1,14 +1,11 @@
 // What an engine tells of the tick that it computed.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/engine.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// Calls visit(group, row, lane) for all lanes.
 template <class Visit>
@@ -68,7 +65,7 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
   double sum_J = fields_.energy_J(listing, state_, rigid);
   const auto spheres = static_cast<std::int32_t>(description_.spheres.size());
   const auto add = [&](std::int32_t first, std::int32_t second, double stiffness_N_per_m,
-                       double stretch_square_m2) {
+                       double stretch_square_m2, const ToolLane* tool = nullptr) {
     const int a = description_.spheres[at(first)].rigid;
     const int b = description_.side(at(second)).rigid();
     const auto is_driven = [&](int r) {
@@ -77,7 +74,9 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
     // No energy of the scene is between two driven bodies.
     if ((rigid >= 0 && a != rigid && b != rigid) || (is_driven(a) && is_driven(b))) return;
     sum_J += 0.5 * stiffness_N_per_m *
-             (square_depth_m2(description_, state_, first, second) + stretch_square_m2);
+             (stretch_square_m2 + (tool != nullptr
+                                       ? square_of(listing.tool_depth_m(*tool, state_))
+                                       : square_depth_m2(description_, state_, first, second)));
   };
   each_contact(listing.rows(), [&](const RowGroup& group, std::size_t row, std::size_t lane) {
     const RowPlace& place = listing.rows().places[row];
@@ -87,7 +86,8 @@ double Engine::energy_of_contacts_J(const ContactListing& listing, int rigid) co
     if (!is_plane && listing.is_field(b)) return;  // a field
     add(listing.order()[at(place.sphere_a[lane])], is_plane ? spheres + b : listing.order()[at(b)],
         static_cast<double>(place.stiffness_N_per_m[lane]),
-        square_of(place.stretch_m[0][lane], place.stretch_m[1][lane], place.stretch_m[2][lane]));
+        square_of(place.stretch_m[0][lane], place.stretch_m[1][lane], place.stretch_m[2][lane]),
+        listing.tool_lane(row, lane));
   });
   for (const ContactListing::SleepingContact& contact : listing.sleeping_contacts()) {
     const auto& stretch = contact.history.stretch_m;

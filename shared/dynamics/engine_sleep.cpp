@@ -1,20 +1,13 @@
 // What sleep saves in an engine, and how driven bodies wake.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/coupled_step.hpp"
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/field_geometry.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
 namespace stillgrid::dynamics {
-namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
-
-}  // namespace
-
 /// Leaves out of a tick what sleeps. The next listing is to follow.
 void Engine::adopt_sleep() {
   is_still_known_ = false;
@@ -67,6 +60,12 @@ bool Engine::is_clear_of_sleepers(const Description::Sphere& sphere, double tick
   const SpherePath way = sphere_path(sphere, state_, tick_s);
   Vector4 ball(way.from_m);
   ball.w = sphere.radius_m + way.path_m.norm();
+  const auto tools = listing_.tools();
+  const auto tool = std::ranges::find_if(
+      tools, [&](std::int32_t s) { return &description_.spheres[at(s)] == &sphere; });
+  // A proxy that something holds back is to be followed.
+  if (tool != tools.end() && behind_m(static_cast<std::size_t>(tool - tools.begin())) > 0.0)
+    return false;
   bool is_clear = true;
   still_.each_near(ball, [&](std::int32_t k) {
     const Vector4& still = still_at_[at(k)];

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
@@ -13,10 +14,6 @@ namespace {
 // an eighth of the radius.
 constexpr double kLongestWay = 0.25;
 constexpr int kMaxSubsteps = 64;
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 }  // namespace
 

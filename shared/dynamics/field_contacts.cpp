@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 void scale_stretch(RowPlace& place, std::size_t lane, float factor) {
   for (RowFloats& stretch : place.stretch_m) stretch[lane] *= factor;
@@ -75,8 +73,17 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const float(&moved_m)[3] = bodies.places[at(lane.place)].moved_m;
     const Vector4 centre_m =
         listing.base()[at(lane.place)] + Vector4(moved_m[0], moved_m[1], moved_m[2]);
-    const TangentSphere tangent = tangent_sphere(field, own.pose, centre_m.vector(), lane.radius_m);
-    const Eigen::Vector3d apart_m = tangent_line_m(tangent, lane.radius_m + field_radius_m(field));
+    const ToolLane* const tool =
+        lane.tool_lane < 0 ? nullptr : &listing.tool_lanes()[at(lane.tool_lane)];
+    TangentSphere tangent;
+    Eigen::Vector3d apart_m;
+    if (tool != nullptr && tool->is_held) {
+      apart_m = centre_m.vector() - own.pose.out_of(tool->centre_m);
+      tangent.stiffness_scale = tool->share * tool->map_scale;
+    } else {
+      tangent = tangent_sphere(field, own.pose, centre_m.vector(), lane.radius_m);
+      apart_m = tangent_line_m(tangent, lane.radius_m + field_radius_m(field));
+    }
     const Eigen::Vector3d rigid_m = state.rigid_position_m[at(field.rigid)].vector();
     set_vector(bodies.places[slot].moved_m,
                Vector4(moved_m[0], moved_m[1], moved_m[2]) - Vector4(apart_m));
@@ -87,7 +94,7 @@ void FieldContacts::place(ContactListing& listing, const SceneState& state, Cont
     const auto scale = static_cast<float>(tangent.stiffness_scale);
     place.stiffness_N_per_m[lane.lane] = scale * lane.stiffness_N_per_m;
     place.damping_N_s_per_m[lane.lane] = scale * lane.damping_N_s_per_m;
-    lane.stiffness_root = static_cast<float>(stiffness_root(tangent));
+    lane.stiffness_root = tool != nullptr ? 1.0F : static_cast<float>(stiffness_root(tangent));
     scale_stretch(place, lane.lane, 1.0F / lane.stiffness_root);
   }
 }
@@ -103,9 +110,16 @@ double FieldContacts::energy_J(const ContactListing& listing, const SceneState& 
     const Description::Sphere& sphere = description_.spheres[at(listing.order()[at(lane.place)])];
     if (rigid >= 0 && sphere.rigid != rigid && field.rigid != rigid) continue;
     if (is_driven(sphere.rigid) && is_driven(field.rigid)) continue;  // no energy of the scene
-    const TangentSphere tangent =
-        tangent_sphere(field, field_pose(field, state), sphere_position_m(sphere, state).vector(),
-                       sphere.radius_m);
+    const ToolLane* const tool =
+        lane.tool_lane < 0 ? nullptr : &listing.tool_lanes()[at(lane.tool_lane)];
+    TangentSphere tangent;
+    if (tool != nullptr && tool->is_held) {
+      tangent.depth_m = listing.tool_depth_m(*tool, state);
+      tangent.map_scale = tool->share * tool->map_scale;
+    } else {
+      tangent = tangent_sphere(field, field_pose(field, state),
+                               sphere_position_m(sphere, state).vector(), sphere.radius_m);
+    }
     const double depth_m = std::max(0.0, tangent.depth_m);
     double square = tangent.map_scale * depth_m * depth_m;
     for (const RowFloats& stretch : listing.rows().places[lane.row].stretch_m)

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "shared/collision/exact_shape.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -15,9 +17,10 @@ Eigen::Array3d array(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Array3f>(v.data()).cast<double>();
 }
 
-/// The nearest point in the box of the bricks, in which the solid lies.
+/// The nearest point in the box of the bricks, in which the solid lies. A closed form has no box.
 Eigen::Vector3d nearest_in_bricks_m(const proto::FieldShape& shape,
                                     const Eigen::Vector3d& point_m) {
+  if (collision::is_exact(shape)) return point_m;
   constexpr double kWithin = 1.0 - 1e-6;  // the upper sides have no sample
   const Eigen::Array3d low_m = array(shape.lowest_m);
   const Eigen::Array3d high_m =
@@ -36,17 +39,38 @@ FieldPose field_pose(const Description::Field& field, const SceneState& state) {
           axes * field.orientation.toRotationMatrix()};
 }
 
-TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& pose,
-                             const Eigen::Vector3d& centre_m, double radius_m) {
-  const Eigen::Vector3d at_m = pose.into(centre_m);
-  if (const auto own = collision::field_contact(field.distance->view(), at_m, radius_m))
-    return {own->depth_m, pose.axes * own->normal, own->stiffness_scale, own->map_scale};
+namespace {
+
+TangentSphere tangent_of(const Description::Field& field, const FieldPose& pose,
+                         const Eigen::Vector3d& at_m,
+                         const std::optional<collision::FieldContact>& own) {
+  if (own) return {own->depth_m, pose.axes * own->normal, own->stiffness_scale, own->map_scale};
   // Nothing pushes off the bricks, or where the sides of the solid are equally far.
   TangentSphere tangent{.depth_m = -field_radius_m(field)};
   const Eigen::Vector3d away_m = at_m - field_centre_m(field);
   if (const double far_m = away_m.norm(); far_m > 0.0)
     tangent.normal = pose.axes * (away_m / far_m);
   return tangent;
+}
+
+}  // namespace
+
+TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& pose,
+                             const Eigen::Vector3d& centre_m, double radius_m) {
+  const Eigen::Vector3d at_m = pose.into(centre_m);
+  return tangent_of(field, pose, at_m,
+                    collision::field_contact(field.distance->view(), at_m, radius_m));
+}
+
+TangentSphere proxy_tangent(const Description::Field& field, const FieldPose& pose,
+                            const Eigen::Vector3d& proxy_m, const Eigen::Vector3d& device_m,
+                            double radius_m) {
+  const Eigen::Vector3d at_m = pose.into(proxy_m);
+  const collision::FieldView view = field.distance->view();
+  auto own = collision::field_contact(view, at_m, radius_m);
+  if (own && collision::is_flat(*own))
+    own = collision::flat_contact(view, *own, at_m, pose.into(device_m), radius_m);
+  return tangent_of(field, pose, at_m, own);
 }
 
 double stiffness_root(const TangentSphere& tangent) {
@@ -86,6 +110,7 @@ double least_distance_m(const Description::Field& field, const Eigen::Vector3d& 
   if (off_m > 0.0) return off_m + field_cell_m(field);  // bricks reach farther than that
   const auto own = collision::sample(field.distance->view(), point_m);
   if (!own) return 0.0;
+  if (collision::is_exact(shape)) return own->distance_m;
   return own->distance_m - kSlack * (std::abs(own->distance_m) + double{shape.brick_m});
 }
 

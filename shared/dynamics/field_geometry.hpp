@@ -15,6 +15,9 @@ struct FieldPose {
   [[nodiscard]] Eigen::Vector3d into(const Eigen::Vector3d& point_m) const {
     return axes.transpose() * (point_m - position_m);
   }
+  [[nodiscard]] Eigen::Vector3d out_of(const Eigen::Vector3d& point_m) const {
+    return position_m + axes * point_m;
+  }
 };
 [[nodiscard]] FieldPose field_pose(const Description::Field& field, const SceneState& state);
 
@@ -31,6 +34,10 @@ struct TangentSphere {
 /// Computes the tangent sphere for a sphere at centre_m, in the frame of the world. Realtime: yes.
 [[nodiscard]] TangentSphere tangent_sphere(const Description::Field& field, const FieldPose& pose,
                                            const Eigen::Vector3d& centre_m, double radius_m);
+/// The same for a proxy: see collision::flat_contact(). Realtime: yes.
+[[nodiscard]] TangentSphere proxy_tangent(const Description::Field& field, const FieldPose& pose,
+                                          const Eigen::Vector3d& proxy_m,
+                                          const Eigen::Vector3d& device_m, double radius_m);
 
 /// Vector to the centre of the other sphere from that of the tangent sphere. radii_m: their sum.
 [[nodiscard]] inline Eigen::Vector3d tangent_line_m(const TangentSphere& tangent, double radii_m) {
@@ -45,9 +52,9 @@ struct TangentSphere {
   return double{field.distance->shape().bounding_radius_m};
 }
 [[nodiscard]] Eigen::Vector3d field_centre_m(const Description::Field& field);
-/// Edge of a field's fine cells.
+/// See collision::detail_m().
 [[nodiscard]] inline double field_cell_m(const Description::Field& field) {
-  return double{field.distance->shape().brick_m} / proto::kBrickCells;
+  return collision::detail_m(field.distance->shape());
 }
 /// Bounds the speed of all points of the solid.
 [[nodiscard]] double field_speed_m_s(const Description::Field& field, const SceneState& state);

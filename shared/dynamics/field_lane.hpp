@@ -15,6 +15,7 @@ struct FieldLane {
   double radius_m = 0.0;              // the sphere's
   float stiffness_N_per_m = 0.0F, damping_N_s_per_m = 0.0F;  // without scale
   float stiffness_root = 1.0F;  // root of the scale of stiffness at the last evaluation
+  std::int32_t tool_lane = -1;  // index into ContactListing::tool_lanes()
 };
 
 /// Pose of a field when contacts were listed.

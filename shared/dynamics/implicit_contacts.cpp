@@ -2,14 +2,12 @@
 
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kShortest_m = 1e-12;  // lines of centres below it have no direction
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 void set_body(const Description::Sphere& sphere, ActedPoint& point) {
   point.rigid = sphere.rigid;
@@ -59,12 +57,20 @@ void ImplicitContacts::add_lane(const ContactListing& listing, const RowGroup& g
   touch.stiffness_N_per_m = static_cast<double>(place.stiffness_N_per_m[lane]);
   touch.damping_N_s_per_m = static_cast<double>(place.damping_N_s_per_m[lane]);
   if (is_field) set_field(listing, place.sphere_b[lane], touch, coupling);
+  if (const ToolLane* const tool = listing.tool_lane(row, lane)) set_tool(*tool, touch);
   touch.friction = static_cast<double>(contact.friction[lane]);
   touch.viscous_s_per_m = static_cast<double>(contact.viscous_s_per_m[lane]);
   for (std::size_t k = 0; k < 3; ++k)
     touch.stretch_m[static_cast<Eigen::Index>(k)] = static_cast<double>(place.stretch_m[k][lane]);
   touches_.push_back(touch);
   couplings_.push_back(coupling);
+}
+
+void ImplicitContacts::set_tool(const ToolLane& tool, Touch& touch) {
+  touch.shift_m = (tool.is_a ? 1.0 : -1.0) * tool.shift_m;
+  touch.is_held = tool.is_held;
+  touch.held_centre_m = tool.centre_m;
+  touch.held_scale = tool.share * tool.map_scale;
 }
 
 void ImplicitContacts::start(const ImplicitPoses& poses, const ContactListing& listing) {
@@ -100,7 +106,10 @@ ImplicitContacts::Line ImplicitContacts::line_of(const Touch& touch) const {
     line.direction = line.normal = touch.normal;
     return line;
   }
-  if (touch.field >= 0) {
+  if (touch.is_held) {
+    line.line_m = a - field_after_[at(touch.field)].out_of(touch.held_centre_m);
+    line.scale = touch.held_scale;
+  } else if (touch.field >= 0) {
     const auto f = at(touch.field);
     const TangentSphere tangent =
         tangent_sphere(description_.fields[f], field_after_[f], a, touch.radius_a_m);
@@ -108,7 +117,7 @@ ImplicitContacts::Line ImplicitContacts::line_of(const Touch& touch) const {
     line.scale = tangent.stiffness_scale;
     line.stiffness_root = stiffness_root(tangent);
   } else {
-    line.line_m = a - after_m_[at(touch.sphere_b)];
+    line.line_m = a - after_m_[at(touch.sphere_b)] + touch.shift_m;
   }
   line.after_m = line.line_m.norm();
   line.before_m = touch.line_m.norm();

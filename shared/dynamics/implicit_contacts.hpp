@@ -69,8 +69,13 @@ class ImplicitContacts {
  private:
   struct Touch {
     std::uint32_t row = 0, lane = 0;
-    std::int32_t sphere_a = 0, sphere_b = -1;           // -1 for a plane or a field
-    std::int32_t field = -1;                            // index into Description::fields
+    std::int32_t sphere_a = 0, sphere_b = -1;  // -1 for a plane or a field
+    std::int32_t field = -1;                   // index into Description::fields
+    // See ToolLane.
+    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // moves side a, seen from side b
+    bool is_held = false;
+    Eigen::Vector3d held_centre_m = Eigen::Vector3d::Zero();
+    double held_scale = 1.0;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // the plane's
     double offset_m = 0.0;                              // the plane's
     double radius_a_m = 0.0, radius_b_m = 0.0;
@@ -94,6 +99,7 @@ class ImplicitContacts {
   void add_lane(const ContactListing& listing, const RowGroup& group, std::size_t row,
                 std::size_t lane);
   static void turn_stretch(Touch& touch, const Coupling& coupling, const ImplicitPoses& poses);
+  static void set_tool(const ToolLane& tool, Touch& touch);
   [[nodiscard]] Line line_of(const Touch& touch) const;
   void evaluate_instant(Touch& touch, Coupling& coupling, const ImplicitPoses& poses,
                         const Motions& velocities, Eigen::Ref<Eigen::Vector3d> rate_m_s,

@@ -2,17 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/implicit_contacts.hpp"
 
 namespace stillgrid::dynamics {
-namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
-
-}  // namespace
-
 void ImplicitContacts::set_field(const ContactListing& listing, std::int32_t sphere_b, Touch& touch,
                                  Coupling& coupling) const {
   const FieldLane& lane = listing.field_lanes()[at(sphere_b) - description_.spheres.size()];
@@ -27,13 +20,14 @@ void ImplicitContacts::set_field(const ContactListing& listing, std::int32_t sph
 /// From the other side's centre to side a's at the start.
 Eigen::Vector3d ImplicitContacts::start_line_m(const Touch& touch) const {
   const Eigen::Vector3d& a = before_m_[at(touch.sphere_a)];
+  if (touch.is_held) return a - field_before_[at(touch.field)].out_of(touch.held_centre_m);
   if (touch.field >= 0) {
     const auto f = at(touch.field);
     return tangent_line_m(
         tangent_sphere(description_.fields[f], field_before_[f], a, touch.radius_a_m),
         touch.radius_a_m + touch.radius_b_m);
   }
-  if (touch.sphere_b >= 0) return a - before_m_[at(touch.sphere_b)];
+  if (touch.sphere_b >= 0) return a - before_m_[at(touch.sphere_b)] + touch.shift_m;
   return (touch.normal.dot(a) - touch.offset_m) * touch.normal;
 }
 

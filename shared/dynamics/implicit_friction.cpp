@@ -1,17 +1,14 @@
 // Friction of contacts in an implicit step.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/implicit_contacts.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kShortest_m = 1e-12;  // stretches below it have no direction
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
+constexpr double kShortestStretch_m = 1e-12;  // stretches below it have no direction
 
 }  // namespace
 
@@ -29,7 +26,7 @@ void ImplicitContacts::turn_stretch(Touch& touch, const Coupling& coupling,
   const Eigen::Vector3d tilted = across(touch.stretch_m, normal);
   const double is = tilted.norm();
   touch.stretch_m.setZero();
-  if (is > kShortest_m)
+  if (is > kShortestStretch_m)
     touch.stretch_m = std::min(2.0, length / is) * (rotation_by(turn_rad * normal) * tilted);
 }
 

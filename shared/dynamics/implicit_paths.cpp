@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/implicit_contacts.hpp"
 
 namespace stillgrid::dynamics {
@@ -10,10 +11,6 @@ namespace {
 constexpr double kPassed = 0.01;  // of the smaller radius: deeper on the path than at both ends
 constexpr double kLongestPath = 0.25;  // of the smaller radius: shorter ones are not divided
 
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
-
 }  // namespace
 
 bool ImplicitContacts::any_passes() const {
@@ -21,7 +18,7 @@ bool ImplicitContacts::any_passes() const {
 }
 
 bool ImplicitContacts::passes(const Touch& touch) const {
-  if (touch.field >= 0) return passes_field(touch);
+  if (touch.field >= 0 && !touch.is_held) return passes_field(touch);
   if (touch.sphere_b < 0) return false;  // what is inside a plane is pushed out, however deep
   const Line line = line_of(touch);
   const Eigen::Vector3d way = line.line_m - touch.line_m;

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 Eigen::Vector3d sum_of(const Description::Sphere& sphere, const std::vector<Vector4>& nodes) {
   Vector4 sum;

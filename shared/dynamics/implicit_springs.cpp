@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kShortest_m = 1e-150;  // lines below it have no direction
+constexpr double kShortestLine_m = 1e-150;  // lines below it have no direction
 
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 double product(const Vector4& a, const Vector4& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -60,7 +59,7 @@ void ImplicitSprings::add_impulses(std::span<const Vector4> positions_m, double 
     line.w = std::sqrt(product(line, line));
     const double k = spring.stiffness_N_per_m, c = spring.damping_N_s_per_m;
     const double pull = h * k * (line.w - spring.rest_m) + c * (line.w - spring.line_m.w);
-    const double length = std::max(line.w, kShortest_m);
+    const double length = std::max(line.w, kShortestLine_m);
     Vector4 direction = (1.0 / length) * line;
     direction.w = 0.0;
     impulses[at(spring.a)] = impulses[at(spring.a)] + pull * direction;

@@ -1,6 +1,7 @@
 // The law of contacts at an instant, for methods that integrate it.
 #include <algorithm>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/implicit_contacts.hpp"
 
 namespace stillgrid::dynamics {
@@ -8,10 +9,6 @@ namespace {
 
 /// Of the spring: with less damping a slider would move its spring at any velocity.
 constexpr double kLeastDamping_s = 1e-5;
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 }  // namespace
 

@@ -17,23 +17,35 @@ HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-void SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& pairs) {
+/// Returns how many pairs it compared.
+std::int64_t SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& pairs) {
   const hn::CappedTag<float, 16> d;
   const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
   const std::int32_t row = cells.count[2], slab = cells.count[1] * row;
   const std::int32_t *const start = cells.start.data(), *const cell = cells.cell.data();
   const float *const x = cells.x.data(), *const y = cells.y.data(), *const z = cells.z.data();
   const float* const radius = cells.radius.data();
-  for (std::int32_t i = 0, n = static_cast<std::int32_t>(cells.cell.size()); i < n; ++i) {
+  const std::int32_t still = cells.count[0] * slab;  // the cells of balls that never move
+  const int ranges = static_cast<std::size_t>(still) + 1 < cells.start.size() ? 14 : 5;
+  std::int64_t compared = 0;
+  for (std::int32_t i = 0, n = start[still]; i < n; ++i) {
     const auto xi = hn::Set(d, x[i]), yi = hn::Set(d, y[i]), zi = hn::Set(d, z[i]);
     const auto ri = hn::Set(d, radius[i]);
     const std::int32_t c = cell[i];
     // The rest of its own cell and the next; then three cells of each of four rows of cells.
-    const std::int32_t firsts[5] = {i + 1, start[c + row - 1], start[c + slab - row - 1],
-                                    start[c + slab - 1], start[c + slab + row - 1]};
-    const std::int32_t ends[5] = {start[c + 2], start[c + row + 2], start[c + slab - row + 2],
-                                  start[c + slab + 2], start[c + slab + row + 2]};
-    for (int range = 0; range < 5; ++range) {
+    std::int32_t firsts[14] = {i + 1, start[c + row - 1], start[c + slab - row - 1],
+                               start[c + slab - 1], start[c + slab + row - 1]};
+    std::int32_t ends[14] = {start[c + 2], start[c + row + 2], start[c + slab - row + 2],
+                             start[c + slab + 2], start[c + slab + row + 2]};
+    // All 27 cells around it of balls that never move.
+    for (int range = 5; range < ranges; ++range) {
+      const std::int32_t middle =
+          still + c + ((range - 5) / 3 - 1) * slab + ((range - 5) % 3 - 1) * row;
+      firsts[range] = start[middle - 1];
+      ends[range] = start[middle + 2];
+    }
+    for (int range = 0; range < ranges; ++range) {
+      compared += ends[range] - firsts[range];
       for (std::int32_t j = firsts[range]; j < ends[range]; j += lanes) {
         const auto dx = hn::Sub(hn::LoadU(d, x + j), xi), dy = hn::Sub(hn::LoadU(d, y + j), yi);
         const auto dz = hn::Sub(hn::LoadU(d, z + j), zi),
@@ -51,6 +63,7 @@ void SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& pairs) {
       }
     }
   }
+  return compared;
 }
 
 }  // namespace stillgrid::dynamics::HWY_NAMESPACE
@@ -104,7 +117,7 @@ void NearPairs::choose_grid(std::span<const Vector4> balls) {
     extent[static_cast<std::size_t>(k)] = 2.0 * wide;
   }
   const std::size_t most = 4 * balls.size() + 64;
-  cells_.start.reserve(most + 1);
+  cells_.start.reserve(2 * most + 1);
   const auto along = [&](std::size_t k) {
     return static_cast<int>(std::min<double>(kMaxCellsPerAxis - 4, extent[k] / width_m_)) + 3;
   };
@@ -124,27 +137,19 @@ int NearPairs::cell_along(double coordinate_m, std::size_t axis) const {
 }
 
 void NearPairs::append_near(const Vector4& ball, std::vector<std::int32_t>& places) const {
-  const double search_m = (1.0 + kRounding) * (ball.w + largest_m_);
-  const auto first = [&](double x, std::size_t k) { return cell_along(x - search_m, k); };
-  const auto last = [&](double x, std::size_t k) { return cell_along(x + search_m, k); };
-  for (int x = first(ball.x, 0); x <= last(ball.x, 0); ++x)
-    for (int y = first(ball.y, 1); y <= last(ball.y, 1); ++y) {
-      const auto row = static_cast<std::size_t>((x * cells_.count[1] + y) * cells_.count[2]);
-      const auto from = row + static_cast<std::size_t>(first(ball.z, 2));
-      const auto to = row + static_cast<std::size_t>(last(ball.z, 2));
-      for (std::int32_t place = cells_.start[from]; place < cells_.start[to + 1]; ++place)
-        places.push_back(place);
-    }
+  each_place(ball, (1.0 + kRounding) * (ball.w + largest_m_),
+             [&](std::int32_t place) { places.push_back(place); });
 }
 
-void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
+void NearPairs::sort_into_cells(std::span<const Vector4> balls, std::size_t still) {
   const std::size_t n = balls.size();
   const auto& count = cells_.count;
+  const std::int32_t cells = count[0] * count[1] * count[2];
   next_.resize(n);
-  cells_.start.assign(static_cast<std::size_t>(count[0] * count[1] * count[2]) + 1, 0);
+  cells_.start.assign(static_cast<std::size_t>(cells) * (still > 0 ? 2 : 1) + 1, 0);
   for (std::size_t i = 0; i < n; ++i) {
     next_[i] = (cell_along(balls[i].x, 0) * count[1] + cell_along(balls[i].y, 1)) * count[2] +
-               cell_along(balls[i].z, 2);
+               cell_along(balls[i].z, 2) + (i < n - still ? 0 : cells);
     ++cells_.start[static_cast<std::size_t>(next_[i]) + 1];
   }
   for (std::size_t k = 1; k < cells_.start.size(); ++k) cells_.start[k] += cells_.start[k - 1];
@@ -162,11 +167,12 @@ void NearPairs::sort_into_cells(std::span<const Vector4> balls) {
 
 void NearPairs::arrange(std::span<const Vector4> balls) {
   choose_grid(balls);
-  sort_into_cells(balls);
+  sort_into_cells(balls, 0);
 }
 
-void NearPairs::find(std::span<const Vector4> balls) {
-  arrange(balls);
+void NearPairs::find(std::span<const Vector4> balls, std::size_t still) {
+  choose_grid(balls);
+  sort_into_cells(balls, still);
   const std::size_t n = balls.size(), padded = n + kPadding;
   for (auto* values : {&cells_.x, &cells_.y, &cells_.z, &cells_.radius}) values->resize(padded);
   double extent = 0.0;
@@ -178,14 +184,8 @@ void NearPairs::find(std::span<const Vector4> balls) {
     cells_.z[place] = static_cast<float>(ball.z - corner_m_[2]);
     cells_.radius[place] = static_cast<float>(ball.w + kRounding * extent);
   }
-  constexpr double kNeighbours = 13.5;  // half of the cells around one, and of itself
-  comparisons_ = 0.0;
-  for (std::size_t k = 1; k < cells_.start.size(); ++k) {
-    const double count = cells_.start[k] - cells_.start[k - 1];
-    comparisons_ += kNeighbours * count * count;
-  }
   pairs_.clear();
-  HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, pairs_);
+  comparisons_ = static_cast<double>(HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, pairs_));
 }
 
 }  // namespace stillgrid::dynamics

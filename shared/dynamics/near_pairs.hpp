@@ -21,14 +21,16 @@ struct NearPair {
 /// Thread: one. Memory is kept from call to call, and grows only with the number of balls or pairs.
 class NearPairs {
  public:
-  /// balls: centres in m and, as w, radii. Realtime: no.
-  void find(std::span<const Vector4> balls);
+  /// balls: centres in m and, as w, radii. still: how many of the last ones never move. Pairs of
+  /// two of these are not searched. Realtime: no.
+  void find(std::span<const Vector4> balls, std::size_t still = 0);
 
   /// Appends the places in order() of balls of the last find() whose cells are near a ball. They
   /// include all that overlap it, and ascend. w: its radius.
   void append_near(const Vector4& ball, std::vector<std::int32_t>& places) const;
 
-  /// The numbers of the balls in the order of cells, of the last find().
+  /// The numbers of the balls in the order of cells, those that never move last, of the last
+  /// find().
   [[nodiscard]] std::span<const std::int32_t> order() const noexcept { return order_; }
   /// Sorts balls without finding pairs, for each_near().
   void arrange(std::span<const Vector4> balls);
@@ -41,7 +43,7 @@ class NearPairs {
     pairs_.clear();
     comparisons_ = 0.0;
   }
-  /// Returns about how many balls the last find() compared.
+  /// Returns how many pairs of balls the last find() compared.
   [[nodiscard]] double comparisons() const noexcept { return comparisons_; }
   /// Pairs of places in order(), ascending in `first`.
   [[nodiscard]] std::span<const NearPair> pairs() const noexcept { return pairs_; }
@@ -49,14 +51,19 @@ class NearPairs {
   /// Input of the search. Arrays are padded by the lanes of the widest vector.
   struct Cells {
     std::array<int, 3> count{};
-    std::vector<std::int32_t> start, cell;  // cells and one more; places
-    std::vector<float> x, y, z, radius;     // places, relative to the grid's corner
+    /// The first place of each cell, again for balls that never move where there are any, and the
+    /// end.
+    std::vector<std::int32_t> start;
+    std::vector<std::int32_t> cell;      // places
+    std::vector<float> x, y, z, radius;  // places, relative to the grid's corner
   };
 
  private:
   void choose_grid(std::span<const Vector4> balls);
-  void sort_into_cells(std::span<const Vector4> balls);
+  void sort_into_cells(std::span<const Vector4> balls, std::size_t still);
   [[nodiscard]] int cell_along(double coordinate_m, std::size_t axis) const;
+  template <class Visit>
+  void each_place(const Vector4& ball, double distance_m, const Visit& visit) const;
 
   Cells cells_;
   std::array<double, 3> corner_m_{};
@@ -65,10 +72,11 @@ class NearPairs {
   std::vector<NearPair> pairs_;
 };
 
+/// Calls visit(place), in ascending order, for balls in cells up to a distance from a ball's
+/// centre.
 template <class Visit>
-void NearPairs::each_near(const Vector4& ball, const Visit& visit) const {
+void NearPairs::each_place(const Vector4& ball, double distance_m, const Visit& visit) const {
   if (order_.empty()) return;
-  const double distance_m = ball.w + 0.5 * width_m_;  // no ball is wider than a cell
   const std::array<double, 3> centre_m{ball.x, ball.y, ball.z};
   std::array<int, 3> first{}, last{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -76,14 +84,22 @@ void NearPairs::each_near(const Vector4& ball, const Visit& visit) const {
     last[k] = cell_along(centre_m[k] + distance_m, k);
   }
   const auto& count = cells_.count;
-  for (int i = first[0]; i <= last[0]; ++i)
-    for (int j = first[1]; j <= last[1]; ++j) {
-      const auto row = static_cast<std::size_t>((i * count[1] + j) * count[2]);
-      const auto from = cells_.start[row + static_cast<std::size_t>(first[2])];
-      const auto end = cells_.start[row + static_cast<std::size_t>(last[2]) + 1];
-      for (std::int32_t place = from; place < end; ++place)
-        visit(order_[static_cast<std::size_t>(place)]);
-    }
+  const auto cells = static_cast<std::size_t>(count[0] * count[1] * count[2]);
+  for (std::size_t set = 0; set + 1 < cells_.start.size(); set += cells)
+    for (int i = first[0]; i <= last[0]; ++i)
+      for (int j = first[1]; j <= last[1]; ++j) {
+        const auto row = set + static_cast<std::size_t>((i * count[1] + j) * count[2]);
+        const auto from = cells_.start[row + static_cast<std::size_t>(first[2])];
+        const auto end = cells_.start[row + static_cast<std::size_t>(last[2]) + 1];
+        for (std::int32_t place = from; place < end; ++place) visit(place);
+      }
+}
+
+template <class Visit>
+void NearPairs::each_near(const Vector4& ball, const Visit& visit) const {
+  const double distance_m = ball.w + 0.5 * width_m_;  // no ball is wider than a cell
+  each_place(ball, distance_m,
+             [&](std::int32_t place) { visit(order_[static_cast<std::size_t>(place)]); });
 }
 
 }  // namespace stillgrid::dynamics

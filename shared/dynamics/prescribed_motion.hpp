@@ -12,6 +12,10 @@ struct PrescribedMotion {
   double amplitude_m = 0.0;
   double frequency_hz = 0.0;
 
+  /// Whether it turns back.
+  [[nodiscard]] bool swings() const { return amplitude_m * frequency_hz != 0.0; }
+  /// Whether it ever leaves its start.
+  [[nodiscard]] bool moves() const { return !velocity_m_s.isZero(0.0) || swings(); }
   /// Returns where it is time_s after the start. Realtime: yes.
   [[nodiscard]] Eigen::Vector3d position_m(double time_s) const;
 };

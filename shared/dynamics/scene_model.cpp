@@ -120,7 +120,7 @@ void visit(auto& io, Is<Description::Sphere> auto& sphere) {
   io(sphere.node_count);
   for (auto& node : sphere.nodes) io(node);
   for (auto& weight : sphere.weights) io(weight);
-  io(sphere.tool_slip_speed_m_s, sphere.is_field_point);
+  io(sphere.is_tool, sphere.tool_slip_speed_m_s, sphere.is_field_point, sphere.crushing_force_N);
 }
 void visit(auto& io, Is<Description::Field> auto& field) {
   io(field.rigid, field.position_m, field.material, field.body);

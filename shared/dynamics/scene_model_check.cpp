@@ -13,7 +13,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr double kRounding = 1e-6;  // of a length that is one
+constexpr double kUnitRounding = 1e-6;  // of a length that is one
 
 void require(bool is_right, const char* what) {
   if (!is_right) throw std::invalid_argument(what);
@@ -34,7 +34,7 @@ bool none_negative(Numbers... numbers) {
   return (... && (is_zero(numbers) || numbers >= std::numeric_limits<double>::min()));
 }
 bool is_one(double length) {
-  return std::abs(length - 1.0) < kRounding;
+  return std::abs(length - 1.0) < kUnitRounding;
 }
 
 /// Whether a sphere is on a rigid body, or on nodes whose weights sum to one.
@@ -121,6 +121,18 @@ void check_start(const SceneState& start, const Description& description) {
           "expected rates of contacts that are not negative");
 }
 
+/// The first driven bodies are the prescribed ones.
+void check_prescribed(const SceneModel& model) {
+  require_each(model.prescribed, "expected a unit direction of prescribed motion",
+               [](const auto& motion) { return is_one(motion.direction.norm()); });
+  auto motion = model.prescribed.begin();
+  require_each(model.description.rigid_bodies, "expected no motion of a fixture: rigid body",
+               [&](const auto& rigid) {
+                 const bool has_motion = rigid.is_driven && motion != model.prescribed.end();
+                 return !has_motion || !(motion++)->moves() || !rigid.is_fixture;
+               });
+}
+
 }  // namespace
 
 void validate(const SceneModel& model) {
@@ -128,8 +140,7 @@ void validate(const SceneModel& model) {
   check_moving(model.description);
   check_collision(model.description);
   check_start(model.start, model.description);
-  require_each(model.prescribed, "expected a unit direction of prescribed motion",
-               [](const auto& motion) { return is_one(motion.direction.norm()); });
+  check_prescribed(model);
   require(model.hands <= proto::kMaxHands, "expected at most four hands");
   const auto driven = std::ranges::count_if(model.description.rigid_bodies,
                                             [](const auto& rigid) { return rigid.is_driven; });

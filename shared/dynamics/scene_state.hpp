@@ -47,11 +47,15 @@ struct SceneState {
   std::vector<Vector4> orientation;                           // unit quaternions
   std::vector<Vector4> angular_velocity_rad_s;
   std::vector<std::uint8_t> is_here;  // 0: a driven body that is away
+  // Spheres of tools that have proxies. A proxy's w is 1 if a surface holds it back and 0 if it is
+  // at its sphere. A w between them says that the proxy is still let out of a surface. The stretch
+  // is that of friction. Its w is 0 if the sphere touches no body that may move.
+  std::vector<Vector4> proxy_m, proxy_stretch_m;
 
-  /// Returns the arrays of positions, velocities and orientations. Realtime: yes.
-  [[nodiscard]] std::array<const std::vector<Vector4>*, 6> vectors() const noexcept {
-    return {&node_position_m,    &node_velocity_m_s, &rigid_position_m,
-            &rigid_velocity_m_s, &orientation,       &angular_velocity_rad_s};
+  /// Returns the arrays of positions, velocities, orientations and proxies. Realtime: yes.
+  [[nodiscard]] std::array<const std::vector<Vector4>*, 8> vectors() const noexcept {
+    return {&node_position_m, &node_velocity_m_s,      &rigid_position_m, &rigid_velocity_m_s,
+            &orientation,     &angular_velocity_rad_s, &proxy_m,          &proxy_stretch_m};
   }
 };
 

@@ -1,10 +1,12 @@
 #include "shared/dynamics/scene_ticks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
 namespace stillgrid::dynamics {
@@ -112,6 +114,19 @@ void SceneTicks::draw(double share, const SceneState& start) {
   engine_->set_state(std::move(state));
   const std::vector<std::optional<ToolPose>> tools(hands_, ToolPose{.position_m = centre_m});
   for (int tick = 0; tick < 2; ++tick) step({.substeps = 1, .tools = tools});
+}
+
+/// Those of the spheres of a hand's tool, among values of all tools' spheres.
+std::span<const Vector4> SceneTicks::of_hand(const std::vector<Vector4>& values,
+                                             std::size_t hand) const noexcept {
+  const auto rigid = static_cast<int>(rigid_of_hand(hand));
+  const std::span<const std::int32_t> tools = engine_->listing().tools();
+  const auto is_of_hand = [&](std::int32_t sphere) {
+    return engine_->description().spheres[at(sphere)].rigid == rigid;
+  };
+  const auto first = std::find_if(tools.begin(), tools.end(), is_of_hand);
+  const auto end = std::find_if_not(first, tools.end(), is_of_hand);
+  return {values.data() + (first - tools.begin()), static_cast<std::size_t>(end - first)};
 }
 
 void SceneTicks::warm_up() {

@@ -62,8 +62,18 @@ class SceneTicks {
   [[nodiscard]] std::size_t rigid_of_hand(std::size_t hand) const noexcept {
     return engine_->state().rigid_position_m.size() - hands_ + hand;
   }
+  /// Returns the proxies of a hand's tool and their stretches of friction, by its spheres. See
+  /// SceneState::proxy_m. Contact by penalty has no proxies.
+  [[nodiscard]] std::span<const Vector4> proxies_m(std::size_t hand) const noexcept {
+    return of_hand(engine_->state().proxy_m, hand);
+  }
+  [[nodiscard]] std::span<const Vector4> stretches_m(std::size_t hand) const noexcept {
+    return of_hand(engine_->state().proxy_stretch_m, hand);
+  }
 
  private:
+  [[nodiscard]] std::span<const Vector4> of_hand(const std::vector<Vector4>& values,
+                                                 std::size_t hand) const noexcept;
   [[nodiscard]] double counted_ns(double substeps, double products) const noexcept;
   void aim(const Tick& tick);
   void draw(double share, const SceneState& start);

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/field_geometry.hpp"
 #include "shared/dynamics/sphere_ways.hpp"
 
@@ -13,10 +14,6 @@ namespace {
 
 constexpr double kLook_s = 0.016;  // after which islands are looked for again
 constexpr double kJoined = 0.01;   // of the smaller radius: a gap that still joins bodies
-
-std::size_t at(std::int32_t index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// Gap of the sides of a listed contact of two spheres in the last substep.
 double gap_m(const RowPlace& place, const ContactBodies& bodies, std::size_t lane) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <span>
 
+#include "shared/dynamics/at.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -12,10 +14,6 @@ namespace {
 /// energy, and gains where the shape changes.
 constexpr double kStableShare = 0.5;
 constexpr double kMaxSubsteps = 1e6;
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 double node_per_kg(const Description& description, int node) {
   const Description::Node& of = description.nodes[at(node)];

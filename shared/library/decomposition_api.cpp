@@ -68,19 +68,15 @@ int decompose(const stillgrid_mesh* given_mesh, const stillgrid_cover* given_cov
     if (const int code = read_cover(given_cover, fineness)) return code;
     const mesh::TriangleMesh read = mesh::sized_mesh(std::move(polygons), 1.0);
     const mesh::ClosedMesh closed = mesh::make_closed(read, "mesh");
-    const spheres::Press press = spheres::make_press(closed.mesh, 0.0, 0.0, fineness.tolerance_m);
     const auto start = std::chrono::steady_clock::now();
-    const std::vector<spheres::Decomposition> levels = spheres::cover_mesh(closed.mesh, fineness);
+    const spheres::Decomposition cover = spheres::cover_mesh(closed.mesh, fineness);
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
     auto made = std::make_unique<stillgrid_decomposition>();
-    for (const spheres::Ball& ball : levels.back().balls) {
+    for (const spheres::Ball& ball : cover.balls) {
       made->spheres.insert(made->spheres.end(), ball.centre_m.begin(), ball.centre_m.end());
       made->spheres.push_back(ball.radius_m);
     }
-    made->report =
-        spheres::report_fields(read, closed, fineness, levels,
-                               spheres::feels_of(levels, closed.mesh, press), press, time.count())
-            .dump(2);
+    made->report = spheres::report_fields(read, closed, fineness, cover, time.count()).dump(2);
     *decomposition = made.release();
   } catch (const std::runtime_error& error) {  // the mesh is none that can be covered so
     return fail(STILLGRID_E_ARGUMENT, "%s", error.what());

@@ -162,7 +162,7 @@ GivenModel decode_given_model(std::span<const std::byte> bytes) {
   model.tools.resize(reader.count(2 * 8));
   for (GivenModel::Tool& tool : model.tools) {
     tool.slip_speed_m_s = reader.real();
-    require(tool.slip_speed_m_s > 0.0);
+    require(tool.slip_speed_m_s >= 0.0);
     tool.spheres.resize(reader.count(4 * 8));
     for (GivenModel::ToolSphere& sphere : tool.spheres) {
       reader.each(sphere.centre_m);

@@ -57,6 +57,13 @@ class LocalScene : public SceneCopies<SimulatedCopy> {
   [[nodiscard]] const dynamics::Description& description() const noexcept {
     return shown().ticks.engine().description();
   }
+  /// See SceneTicks::proxies_m() and stretches_m().
+  [[nodiscard]] std::span<const dynamics::Vector4> own_proxies_m() const noexcept {
+    return shown().ticks.proxies_m(own_hand());
+  }
+  [[nodiscard]] std::span<const dynamics::Vector4> own_stretches_m() const noexcept {
+    return shown().ticks.stretches_m(own_hand());
+  }
 
  private:
   struct Passed {

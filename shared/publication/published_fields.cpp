@@ -28,6 +28,10 @@ void make_unit(std::array<float, 4>& quaternion) {
 
 }  // namespace
 
+bool is_same_field(const proto::FieldBody& a, const proto::FieldBody& b) noexcept {
+  return a.offset == b.offset && std::memcmp(&a.shape, &b.shape, sizeof a.shape) == 0;
+}
+
 FieldPlaces place_fields(std::span<const PublishedField> fields, std::size_t from_bytes) {
   assert(fields.size() <= proto::kMaxFields);
   FieldPlaces places{.bodies = {}, .end_bytes = from_bytes};
@@ -52,8 +56,7 @@ FieldPlaces place_fields(std::span<const PublishedField> fields, std::size_t fro
 void write_fields(std::span<const PublishedField> fields, const FieldPlaces& places,
                   std::byte* segment) {
   for (std::size_t i = 0; i < fields.size(); ++i)
-    std::memcpy(segment + places.bodies[i].offset, fields[i].field->words().data(),
-                fields[i].field->bytes());
+    std::ranges::copy(std::as_bytes(fields[i].field->words()), segment + places.bodies[i].offset);
 }
 
 std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::byte* segment,
@@ -93,8 +96,7 @@ std::vector<std::shared_ptr<const collision::DistanceField>> copy_fields(
   std::size_t left_words = max_bytes / 8;
   for (const SceneField& field : fields) {
     const auto same = std::ranges::find_if(fields.first(copies.size()), [&](const auto& other) {
-      return other.body.offset == field.body.offset &&
-             std::memcmp(&other.body.shape, &field.body.shape, sizeof field.body.shape) == 0;
+      return is_same_field(other.body, field.body);
     });
     if (same != fields.begin() + std::ssize(copies)) {
       copies.push_back(copies[static_cast<std::size_t>(same - fields.begin())]);

@@ -26,6 +26,9 @@ struct SceneField {
   collision::FieldView field;  // its words in the segment
 };
 
+/// Whether two bodies of one segment share a field: closed forms all have no numbers at one place.
+[[nodiscard]] bool is_same_field(const proto::FieldBody& a, const proto::FieldBody& b) noexcept;
+
 /// Places of fields in a segment. Bodies may share one.
 struct FieldPlaces {
   std::vector<proto::FieldBody> bodies;

@@ -127,7 +127,7 @@ bool is_sound(const proto::SceneHeader& scene) {
   bool sound = std::all_of(device.position_m.begin(), device.position_m.end(),
                            [](double x) { return std::abs(x) <= proto::kLargestNumber; }) &&
                device.scale > 0.0 && device.scale <= proto::kLargestNumber &&
-               std::isfinite(scene.tool_slip_speed_m_s) && scene.tool_slip_speed_m_s > 0.0F &&
+               std::isfinite(scene.tool_slip_speed_m_s) && scene.tool_slip_speed_m_s >= 0.0F &&
                std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const auto& m = scene.materials[i];

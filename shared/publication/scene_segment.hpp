@@ -24,7 +24,7 @@ struct StaticScene {
   std::vector<proto::SphereRecord> spheres;  // that never move
   std::vector<PublishedField> fields;        // at most kMaxFields
   proto::DeviceFrame device{};
-  float tool_slip_speed_m_s = 0.05F;
+  float tool_slip_speed_m_s = 0.0F;  // see proto::SceneHeader
   float voxel_ratio = 2.0F;      // of the static grid; twice a probe's own size is searched fastest
   std::vector<std::byte> model;  // steps the scene elsewhere; empty: snapshots have no state
   std::size_t state_capacity = 0;  // bytes of the largest state of a snapshot
@@ -32,10 +32,10 @@ struct StaticScene {
   std::size_t hand = 0;            // which of them the segment is for
 };
 
-/// The largest probe that touch lists serve, of a tool whose largest sphere has that radius: an
-/// eighth more, so that a tool that moves so far in a tick finds all in one voxel.
+/// Returns the largest probe that touch lists serve, m. tool_radius_m: that of the tool's largest
+/// sphere. A proxy finds its neighbours, a radius away, and moves by an eighth in a tick.
 [[nodiscard]] constexpr float touch_probe_radius_m(float tool_radius_m) noexcept {
-  return 1.125F * tool_radius_m;
+  return 2.125F * tool_radius_m;
 }
 [[nodiscard]] collision::TouchLists touch_lists_of(const StaticScene& scene);
 

@@ -16,7 +16,7 @@ namespace stillgrid::publication {
 /// A number that no other writer has, not 0; of the system's own.
 [[nodiscard]] std::uint64_t random_epoch() noexcept;
 
-/// What a writer declares of its segment.
+/// The properties of a segment, as its writer declares them.
 struct SegmentSpec {
   proto::SegmentKind kind;
   std::uint64_t layout_hash;
@@ -98,7 +98,7 @@ class SegmentReader {
   static SegmentReader require(std::string_view session, proto::SegmentKind kind,
                                std::uint64_t layout_hash);
 
-  /// What was written before the magic, as it was when it was checked.
+  /// Returns the copy of the header's constant part that open() checked.
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return header_; }
 
   /// The header in place, of which only the atomic words may be loaded.

@@ -57,7 +57,8 @@ void list_folder(const std::filesystem::path& folder, uid_t owner,
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     std::string file = entry.path().filename();
     if (file.ends_with(kLock)) file.resize(file.size() - kLock.size());
-    for (const auto kind : {proto::SegmentKind::kScene, proto::SegmentKind::kTool}) {
+    for (const auto kind :
+         {proto::SegmentKind::kScene, proto::SegmentKind::kTool, proto::SegmentKind::kMouse}) {
       const std::string_view ending = ending_of(kind);
       if (file.ends_with(ending) && file.size() > ending.size())
         found.push_back({user + file.substr(0, file.size() - ending.size()), kind});

@@ -93,7 +93,14 @@ std::string own_folder() {
 }  // namespace
 
 std::string_view ending_of(proto::SegmentKind kind) noexcept {
-  return kind == proto::SegmentKind::kScene ? "-scene" : "-tool";
+  switch (kind) {
+    case proto::SegmentKind::kScene:
+      return "-scene";
+    case proto::SegmentKind::kTool:
+      return "-tool";
+    default:
+      return "-mouse";
+  }
 }
 
 std::optional<uid_t> number_of_user(std::string_view text) {

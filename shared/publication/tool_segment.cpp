@@ -122,14 +122,8 @@ ToolView::ToolView(SegmentReader&& reader) : reader_(std::move(reader)) {
 }
 
 std::optional<proto::ToolState> ToolView::read() const noexcept {
-  proto::ToolState state{};
-  const double_buffer::ReadResult result =
-      double_buffer::read_latest(reader_.buffer(), [&](const std::uint64_t* payload) {
-        state = double_buffer::load_struct<proto::ToolState>(payload);
-      });
-  if (result.status != double_buffer::ReadStatus::kAccepted || !is_sound(state))
-    return std::nullopt;
-  return state;
+  const auto state = double_buffer::read_struct<proto::ToolState>(reader_.buffer());
+  return state && is_sound(*state) ? state : std::nullopt;
 }
 
 PathView ToolView::path() const noexcept {

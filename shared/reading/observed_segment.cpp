@@ -61,13 +61,23 @@ void refuse(ObservedSegment& segment, const std::string& why) {
   segment.summary.refusal = reason_in(why);
   segment.scene.reset();
   segment.tool.reset();
+  segment.mouse.reset();
+}
+
+std::uint64_t layout_hash_of(proto::SegmentKind kind) {
+  switch (kind) {
+    case proto::SegmentKind::kScene:
+      return proto::kSceneLayoutHash;
+    case proto::SegmentKind::kTool:
+      return proto::kToolLayoutHash;
+    default:
+      return proto::kMouseLayoutHash;
+  }
 }
 
 void open_segment(ObservedSegment& segment, const std::string& path) {
   const auto& [session, kind] = segment.summary.file;
-  const bool is_scene = kind == proto::SegmentKind::kScene;
-  auto reader = publication::SegmentReader::open(
-      session, kind, is_scene ? proto::kSceneLayoutHash : proto::kToolLayoutHash);
+  auto reader = publication::SegmentReader::open(session, kind, layout_hash_of(kind));
   if (!reader) {
     const bool is_there = publication::segment_id(session, kind).has_value();
     // The lock file is its owner's alone: a group's reader can only ask the object.
@@ -78,17 +88,20 @@ void open_segment(ObservedSegment& segment, const std::string& path) {
                                          : SegmentState::kHalfMade;
     return;
   }
-  if (is_scene)
+  if (kind == proto::SegmentKind::kScene)
     segment.scene.emplace(std::move(*reader));
-  else
+  else if (kind == proto::SegmentKind::kTool)
     segment.tool.emplace(std::move(*reader));
+  else
+    segment.mouse.emplace(std::move(*reader));
 }
 
 }  // namespace
 
 const publication::SegmentReader* ObservedSegment::reader() const noexcept {
   if (scene) return &scene->reader();
-  return tool ? &tool->reader() : nullptr;
+  if (tool) return &tool->reader();
+  return mouse ? &mouse->reader() : nullptr;
 }
 
 ObservedSegment observe(const publication::SegmentFile& file) {

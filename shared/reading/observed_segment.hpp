@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "proto/segment_header.hpp"
+#include "shared/publication/mouse_segment.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/segment_files.hpp"
 #include "shared/publication/tool_segment.hpp"
@@ -44,6 +45,7 @@ struct ObservedSegment {
   SegmentSummary summary;
   std::optional<publication::SceneView> scene;
   std::optional<publication::ToolView> tool;
+  std::optional<publication::MouseView> mouse;
 
   /// The mapping, or null.
   [[nodiscard]] const publication::SegmentReader* reader() const noexcept;

@@ -71,6 +71,8 @@ void LocalCopy::declare(std::size_t count) {
                     .materials = materials.data(),
                     .bodies = bodies.data(),
                     .positions_m = nullptr});
+  for (std::size_t i = 0; i < count; ++i)
+    records_.records()[i].crushing_force_N = static_cast<float>(spheres[i].crushing_force_N);
   positions_m_.resize(3 * count);
   velocities_m_s_.resize(3 * count);
 }
@@ -89,7 +91,6 @@ void LocalCopy::replace(std::span<const PlacedToolSphere> tool,
                         .radius_m = sphere.radius_m,
                         .material = sphere.material,
                         .tool_sphere = 0,
-                        .swept = false,
                         .number = sphere.number,
                         .body = given.bodies()[sphere.body].number};
     for (std::uint32_t i = 0; i < tool.size(); ++i) {

@@ -1,6 +1,7 @@
 #include "shared/rendering/local_renderer.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 #include <variant>
 
@@ -41,6 +42,7 @@ void follow_others(const TickScene& scene, Local& local) {
 void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   SnapshotRenderer::prepare(scene, is_other);
   was_local_ = !is_other && now_.is_known;
+  if (is_other) eased_ = {};
   now_ = {};
   if (scene.local == nullptr) return;
   const std::uint64_t tick = path_number(scene.now_ns);
@@ -86,29 +88,61 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
   tick.is_local = now_.is_known;
   tick.local_ticks = now_.ticks;
   tick.is_swap = now_.is_swap;
+  ease(sum(scene, look, tick), scene.now_ns, tick.force);
+}
+
+/// Sums the force of the copy, or of the snapshots where it does not know this tick.
+SnapshotRenderer::Wrench LocalRenderer::sum(const TickScene& scene,
+                                            const publication::SnapshotLook& look,
+                                            RenderedTick& tick) noexcept {
+  const bool is_switch =
+      now_.is_known ? now_.is_swap || !was_local_ : was_local_ || (look.is_new && !look.is_first);
+  std::optional<ToolForce> as_before;
+  if (is_switch && (look.accepted() || (now_.is_known && !scene.local->is_given())))
+    as_before = force_of_last(scene);
   if (!now_.is_known) {
-    SnapshotRenderer::show(scene, look, tick);
-    return;
+    accept_weights(look, tick);
+    const Wrench change = sum_force(scene, look.accepted(), as_before, tick);
+    // Switches between snapshots are as they are, and bodies that a publisher gives, too.
+    const bool is_eased = was_local_ && scene.local != nullptr && !scene.local->is_given();
+    return is_eased ? change : Wrench{};
   }
   tick.age_s =
       display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
-  const bool is_switch = now_.is_swap || !was_local_;
   if (scene.local->is_given()) {
-    if (look.accepted()) scene.local->replace(tool(), fresh());
+    if (look.accepted()) scene.local->replace(reach(), fresh());
     accept_weights(look, tick);
-    sum_force(scene, look.accepted(), look.accepted() && is_switch, tick);
-    return;
+    sum_force(scene, look.accepted(), as_before, tick);
+    return {};
   }
+  const auto& copy = std::get<local::LocalScene>(scene.local->scene());
+  begin_at(copy.own_proxies_m());
   scene.local->show();
   fresh().clear();
-  scene.gather_moving(scene.local->view(), {.before = {.alpha = 0.0}}, tool(), fresh());
+  scene.gather_moving(scene.local->view(), {}, reach(), fresh());
   // The grid's order depends on what was displayed before; that of fields does not.
   std::sort(fresh().spheres.begin(), fresh().spheres.begin() + std::ssize(fresh().all()),
             [](const TouchedSphere& a, const TouchedSphere& b) {
               return std::tie(a.tool_sphere, a.field, a.number) <
                      std::tie(b.tool_sphere, b.field, b.number);
             });
-  sum_force(scene, true, is_switch, tick);
+  TickScene shown = scene;
+  shown.stretches_m = copy.own_stretches_m();
+  return sum_force(shown, true, as_before, tick);
+}
+
+/// Adds what is left of the changes by switches. It decays evenly.
+void LocalRenderer::ease(const Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept {
+  constexpr double kEased_s = 0.1;
+  double share = std::max(0.0, 1.0 - display::seconds_between(eased_ns_, now_ns) / kEased_s);
+  if (change.force_N != Eigen::Vector3d::Zero() || change.torque_N_m != Eigen::Vector3d::Zero()) {
+    eased_ = {share * eased_.force_N + change.force_N,
+              share * eased_.torque_N_m + change.torque_N_m};
+    eased_ns_ = now_ns;
+    share = 1.0;
+  }
+  force.force_N += share * eased_.force_N;
+  force.torque_N_m += share * eased_.torque_N_m;
 }
 
 }  // namespace stillgrid::rendering

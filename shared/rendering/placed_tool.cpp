@@ -8,7 +8,7 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
     const auto& p = scene.tool[i].position_m;
     const Eigen::Vector3d position_m =
         pose.position_m + pose.orientation * Eigen::Vector3d(p[0], p[1], p[2]);
-    placed[i] = {position_m, static_cast<double>(scene.tool[i].radius_m), position_m};
+    placed[i] = {position_m, static_cast<double>(scene.tool[i].radius_m)};
   }
   return {placed.data(), scene.tool_sphere_count};
 }

@@ -18,7 +18,8 @@ proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
           .is_local = tick.is_local ? 1U : 0U};
 }
 
-void TickScene::gather_moving(const collision::GridView& moving, const DisplayedMotion& shown,
+void TickScene::gather_moving(const collision::GridView& moving,
+                              const display::SnapshotWeights& shown,
                               std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
   gather_touched(moving, shown, tool, touched);
@@ -31,16 +32,12 @@ void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
   gather_static_fields(view.fields(), tool, touched);
 }
 
-ToolForce TickScene::force_of(const TouchedSpheres& touched,
-                              std::span<const PlacedToolSphere> tool) const noexcept {
-  return tool_force(fixed(), touched, tool, pose);
-}
-
 RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns,
                               std::span<const publication::ToolView* const> other_tools,
-                              LocalCopy* local) noexcept {
-  const TickScene tick_scene{scene, pose, now_ns, other_tools, local};
+                              LocalCopy* local,
+                              std::span<const dynamics::Vector4> stretches_m) noexcept {
+  const TickScene tick_scene{scene, pose, now_ns, other_tools, local, stretches_m};
   prepare(tick_scene, reader_.turn_to(scene));
   const publication::SnapshotLook look = reader_.look(
       scene, [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {

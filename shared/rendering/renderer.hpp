@@ -8,6 +8,7 @@
 
 #include "proto/tool_segment.hpp"
 #include "shared/display/transition.hpp"
+#include "shared/dynamics/scene_state.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/snapshot_reader.hpp"
 #include "shared/publication/tool_segment.hpp"
@@ -18,7 +19,7 @@ namespace stillgrid::rendering {
 
 class LocalCopy;
 
-/// What one tick rendered.
+/// Figures of one tick.
 struct RenderedTick {
   ToolForce force;
   std::uint64_t snapshot_id = 0;   // of the snapshot shown, 0: none yet
@@ -33,11 +34,10 @@ struct RenderedTick {
   double snapshot_age_s = 0.0;     // since its publication
   bool contended = false;          // no fresh read: the last good sample was used
   bool truncated = false;          // the tick's bound on work was met
-  bool swept = false;              // a contact that was only on the way to this tick
   // At a switch from one snapshot to the next, or of the local copy: how the force differs from
   // that of the spheres as the tick before displayed them, on the tool where it is now.
   std::optional<double> switch_jump_N;
-  // By which its spheres were displayed; of a model that displays none, the snapshot as it is.
+  // Its spheres were displayed by these weights. A local copy displays the snapshot as it is.
   display::SnapshotWeights weights;
 };
 
@@ -52,21 +52,18 @@ struct TickScene {
   std::uint64_t now_ns;
   // Tools in the order of the hands; null: away, and the own hand's.
   std::span<const publication::ToolView* const> other_tools = {};
-  LocalCopy* local = nullptr;  // of this scene; null: there is none
+  LocalCopy* local = nullptr;                           // of this scene; null: there is none
+  std::span<const dynamics::Vector4> stretches_m = {};  // see ToolProxies::press()
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
 
   /// Adds what the tool touches of the spheres and fields of a slot. Realtime: as gather_touched().
-  void gather_moving(const collision::GridView& moving, const DisplayedMotion& shown,
+  void gather_moving(const collision::GridView& moving, const display::SnapshotWeights& shown,
                      std::span<const PlacedToolSphere> tool,
                      TouchedSpheres& touched) const noexcept;
   /// Of those that never move. Realtime: as gather_touched().
   void gather_static(std::span<const PlacedToolSphere> tool,
                      TouchedSpheres& touched) const noexcept;
-  /// The force on the tool, at `pose`, of touched spheres and the planes. Realtime: as
-  /// tool_force().
-  [[nodiscard]] ToolForce force_of(const TouchedSpheres& touched,
-                                   std::span<const PlacedToolSphere> tool) const noexcept;
 };
 
 /// Computes the force of a scene on the tool, tick by tick, from its snapshots alone: the one path
@@ -85,12 +82,13 @@ class Renderer {
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
   /// cannot be read what the last good one left stands; before the first there is no force.
   /// Each hand of the session has one of other_tools; null: away, and the own hand. local: the
-  /// scene's copy; null: there is none.
+  /// scene's copy; null: there is none. A simulation in this process gives its stretches_m.
   /// Realtime: wait-free, allocates nothing.
   [[nodiscard]] RenderedTick render(const publication::SceneView& scene, const ToolPose& pose,
                                     std::uint64_t now_ns,
                                     std::span<const publication::ToolView* const> other_tools = {},
-                                    LocalCopy* local = nullptr) noexcept;
+                                    LocalCopy* local = nullptr,
+                                    std::span<const dynamics::Vector4> stretches_m = {}) noexcept;
 
  protected:
   [[nodiscard]] const publication::SnapshotReader& reader() const noexcept { return reader_; }

@@ -1,26 +1,25 @@
 #include "shared/rendering/snapshot_renderer.hpp"
 
+#include <optional>
 #include <utility>
+
+#include "shared/display/stamps.hpp"
 
 namespace stillgrid::rendering {
 
 void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
     touched_->clear();
-    sweep_.forget();
+    proxies_.forget();
   }
-  tool_ = sweep_.place(scene.fixed(), scene.pose);
+  proxies_.place(scene.fixed(), scene.pose);
 }
 
 void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                               const collision::GridView& moving) noexcept {
   next_ = display::snapshot_weights(transition_, latest, scene.now_ns);
-  const display::SnapshotWeights before =
-      reader().has_snapshot()
-          ? display::in_later_snapshot(shown_, latest.snapshot_id - reader().snapshot().snapshot_id)
-          : next_;
   fresh_->clear();
-  scene.gather_moving(moving, {next_, before}, tool_, *fresh_);
+  scene.gather_moving(moving, next_, reach(), *fresh_);
 }
 
 void SnapshotRenderer::accept_weights(const publication::SnapshotLook& look,
@@ -32,24 +31,35 @@ void SnapshotRenderer::accept_weights(const publication::SnapshotLook& look,
 void SnapshotRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                             RenderedTick& tick) noexcept {
   accept_weights(look, tick);
-  sum_force(scene, look.accepted(), look.is_new && !look.is_first, tick);
+  std::optional<ToolForce> as_before;
+  if (look.accepted() && look.is_new && !look.is_first) as_before = force_of_last(scene);
+  sum_force(scene, look.accepted(), as_before, tick);
 }
 
-void SnapshotRenderer::sum_force(const TickScene& scene, bool is_seen, bool is_switch,
-                                 RenderedTick& tick) noexcept {
-  touched_->drop_swept();
-  ToolForce as_before;
+double SnapshotRenderer::tick_s(const TickScene& scene) const noexcept {
+  return pressed_ns_ == 0 ? 0.0 : display::seconds_between(pressed_ns_, scene.now_ns);
+}
+
+ToolForce SnapshotRenderer::force_of_last(const TickScene& scene) noexcept {
+  return proxies_.force_of(scene.fixed(), *touched_, scene.pose, tick_s(scene));
+}
+
+SnapshotRenderer::Wrench SnapshotRenderer::sum_force(const TickScene& scene, bool is_seen,
+                                                     const std::optional<ToolForce>& as_before,
+                                                     RenderedTick& tick) noexcept {
   if (is_seen) {
-    scene.gather_static(tool_, *fresh_);
+    scene.gather_static(reach(), *fresh_);
     std::swap(touched_, fresh_);
-    if (is_switch) as_before = scene.force_of(*fresh_, tool_);
   }
   tick.truncated = touched_->truncated;
-  tick.swept = touched_->has_swept();
-  tick.force = scene.force_of(*touched_, tool_);
-  if (!is_seen) return;
-  if (is_switch) tick.switch_jump_N = (tick.force.force_N - as_before.force_N).norm();
-  sweep_.end();  // what a contended tick did not look at the next one sweeps
+  tick.force =
+      proxies_.press(scene.fixed(), *touched_, scene.pose, tick_s(scene), scene.stretches_m);
+  pressed_ns_ = scene.now_ns;
+  if (!as_before) return {};
+  const Wrench change{as_before->force_N - tick.force.force_N,
+                      as_before->torque_N_m - tick.force.torque_N_m};
+  tick.switch_jump_N = change.force_N.norm();
+  return change;
 }
 
 }  // namespace stillgrid::rendering

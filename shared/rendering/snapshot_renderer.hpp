@@ -1,9 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
-#include "shared/rendering/placed_tool.hpp"
 #include "shared/rendering/renderer.hpp"
+#include "shared/rendering/tool_proxies.hpp"
 #include "shared/rendering/touched_spheres.hpp"
 
 namespace stillgrid::rendering {
@@ -24,22 +25,40 @@ class SnapshotRenderer : public Renderer {
 
   /// How the gathered snapshot is displayed counts from now on, if its read does.
   void accept_weights(const publication::SnapshotLook& look, RenderedTick& tick) noexcept;
-  [[nodiscard]] std::span<const PlacedToolSphere> tool() const noexcept { return tool_; }
-  /// The moving spheres that the tool touches in this tick, being gathered.
+  /// The spheres to gather with in this tick.
+  [[nodiscard]] std::span<const PlacedToolSphere> reach() const noexcept {
+    return proxies_.reach();
+  }
+  /// The moving spheres near the tool in this tick, being gathered.
   [[nodiscard]] TouchedSpheres& fresh() noexcept { return *fresh_; }
+  /// A force and its moment about the tool's origin, scene's axes.
+  struct Wrench {
+    Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+    Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
+  };
+  /// Returns the force of the last tick's spheres on the tool where it is now.
+  [[nodiscard]] ToolForce force_of_last(const TickScene& scene) noexcept;
+  /// Goes on with the proxies of a simulation. See ToolProxies::begin_at().
+  void begin_at(std::span<const dynamics::Vector4> proxies_m) noexcept {
+    proxies_.begin_at(proxies_m);
+  }
   /// Sums the force of fresh() and of the static spheres. The last tick's spheres stand if the
-  /// scene was not seen. is_switch: the displayed scene has another source than in the last tick.
-  void sum_force(const TickScene& scene, bool is_seen, bool is_switch, RenderedTick& tick) noexcept;
+  /// scene was not seen. as_before: force_of_last(), if the displayed scene has another source than
+  /// in the last tick. Returns by how much larger it is.
+  Wrench sum_force(const TickScene& scene, bool is_seen, const std::optional<ToolForce>& as_before,
+                   RenderedTick& tick) noexcept;
 
  private:
+  [[nodiscard]] double tick_s(const TickScene& scene) const noexcept;
+
   display::Transition transition_;
   display::SnapshotWeights shown_;  // the last accepted snapshot's
   display::SnapshotWeights next_;   // being gathered
   TouchedSpheres buffers_[2];
   TouchedSpheres* touched_ = &buffers_[0];  // the last accepted read's
   TouchedSpheres* fresh_ = &buffers_[1];
-  ToolSweep sweep_;
-  std::span<const PlacedToolSphere> tool_;  // this tick's
+  ToolProxies proxies_;
+  std::uint64_t pressed_ns_ = 0;  // the tick before
 };
 
 }  // namespace stillgrid::rendering

@@ -25,7 +25,8 @@ struct ToolForce {
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   int contacts = 0;
   Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();
-  double static_J = 0.0;  // that its springs hold against what never moves
+  double static_J = 0.0;     // that its springs hold against what never moves
+  bool is_crushing = false;  // see kFlagCrushed
 };
 
 /// Where a sphere of the tool meets something, or how far it is from it.

@@ -17,13 +17,9 @@ inline constexpr std::uint32_t kMaxFieldSamples = 2048;
 /// The sphere is tangent to the solid there, of the radius of the ball that holds the solid: the
 /// contact law knows spheres only. Depth and normal are
 /// the field's own.
-/// Swept: where the tool's sphere moved by more than half its radius since the tick before, seen
-/// from the body, and overlaps at neither end, it is followed over that way, in steps that no
-/// solid's crossing is shorter than, and touches where it was pushed back hardest before the
-/// field turned to push it on.
 /// Realtime: as gather_touched().
 void gather_moving_fields(std::span<const publication::SceneField> fields,
-                          const collision::GridView& moving, const DisplayedMotion& shown,
+                          const collision::GridView& moving, const display::SnapshotWeights& shown,
                           std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 
 /// The same of fields that never move.

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "proto/tool_segment.hpp"
+#include "shared/collision/smooth_cover.hpp"
 #include "shared/collision/voxel_grid.hpp"
 #include "shared/display/transition.hpp"
 
@@ -16,8 +18,22 @@ namespace stillgrid::rendering {
 struct PlacedToolSphere {
   Eigen::Vector3d position_m;
   double radius_m;
-  Eigen::Vector3d before_m;  // where the last tick that saw the scene placed it
+  // Radius if this is a proxy's reach. Neighbours of the spheres that push are gathered, too.
+  double proxy_radius_m = 0.0;
+  // Centre of the tool's sphere if this is its proxy's reach.
+  std::optional<Eigen::Vector3d> device_m = std::nullopt;
 };
+
+/// Returns the distance of centres within which a sphere is gathered, m.
+[[nodiscard]] inline double gathered_within_m(const PlacedToolSphere& probe, double radius_m) {
+  return probe.radius_m + radius_m +
+         collision::SmoothCover::neighbour_gap_m(probe.proxy_radius_m, radius_m);
+}
+/// Returns a ball that every gathered sphere meets.
+[[nodiscard]] inline collision::SweptBound gathering_bound(const PlacedToolSphere& probe) {
+  return collision::bound_sphere(
+      probe.position_m, probe.radius_m + collision::SmoothCover::margin_m(probe.proxy_radius_m));
+}
 
 /// A sphere of the scene as displayed, that a sphere of the tool overlaps.
 struct TouchedSphere {
@@ -26,24 +42,24 @@ struct TouchedSphere {
   double radius_m;
   std::uint32_t material;
   std::uint32_t tool_sphere;  // which one overlaps it
-  bool swept;  // only on the way to this tick; then position_m is where the two were closest
-  std::uint32_t number = 0;  // in its grid
-  std::uint32_t body = 0;    // order in the scene file
+  std::uint32_t number = 0;   // in its grid
+  std::uint32_t body = 0;     // order in the scene file
   // Weight of the displayed snapshots in which it is: its force is so much less. Of a field the
   // stiffness over the material's.
   double presence = 1.0;
   bool is_static = false;
-  std::uint32_t field = 0;    // that it stands for, among SceneView::fields() from 1; 0: none
-  double energy_share = 1.0;  // of its spring's energy, beside that of a force linear in depth
+  std::uint32_t field = 0;        // that it stands for, among SceneView::fields() from 1; 0: none
+  double energy_share = 1.0;      // of its spring's energy, beside that of a force linear in depth
+  float crushing_force_N = 0.0F;  // see proto::SphereRecord
 };
 
 /// Spheres that a tick may visit, whatever the segment says. A query for one tool sphere looks at
 /// as many swept bounds and rows of cells at most.
 inline constexpr std::uint32_t kMaxVisits = 8192;
 
-/// What a tick gathered, in memory of its own and of fixed size.
+/// Surfaces that a tick gathered, in memory of fixed size.
 struct TouchedSpheres {
-  static constexpr std::size_t kCapacity = 512;
+  static constexpr std::size_t kCapacity = 2048;
   std::array<TouchedSphere, kCapacity> spheres;
   std::size_t count = 0;
   std::uint32_t visits_left = kMaxVisits;  // in this tick, for all spheres of the tool
@@ -75,31 +91,16 @@ struct TouchedSpheres {
     const auto end = spheres.begin() + static_cast<std::ptrdiff_t>(count);
     count = static_cast<std::size_t>(std::remove_if(spheres.begin(), end, is) - spheres.begin());
   }
-  [[nodiscard]] bool has_swept() const noexcept {
-    return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
-  }
-  /// A contact on the way is of one tick; shown in the next it would be where nothing is.
-  void drop_swept() noexcept;
-};
-
-/// How the snapshots of a slot are displayed in this tick, and were in the tick before: the newest
-/// one as it is, unless told.
-struct DisplayedMotion {
-  display::SnapshotWeights now = {};
-  display::SnapshotWeights before = {};
 };
 
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them.
 /// [Davanne 2002, section 3: the static grid as intermediate model, the tool never entered.]
 ///
-/// Swept: where tool and sphere moved past one another by more than half the tool sphere's radius
-/// since the tick before, and overlap at neither end, they are also tested where they came closest
-/// on the straight way. Shorter moves can miss no overlap deeper than a 32nd of that radius.
 /// A sphere is absent from a snapshot in which its position is not a number: it is displayed by the
-/// other, and not swept. Points of bodies that have fields are nobody's to touch. Realtime:
+/// other. Points of bodies that have fields are nobody's to touch. Realtime:
 /// wait-free, allocates nothing. Safe on words that change or lie; what was gathered counts only
 /// once the read was accepted, and only finite overlaps are kept.
-void gather_touched(const collision::GridView& grid, const DisplayedMotion& shown,
+void gather_touched(const collision::GridView& grid, const display::SnapshotWeights& shown,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 
 }  // namespace stillgrid::rendering

@@ -7,9 +7,9 @@
 
 namespace stillgrid::rendering {
 
-/// Adds to `touched` the static spheres that overlap the tool, and those that it swept over on its
-/// way since the tick before (gather_touched). A tool sphere whose way the lists do not reach is
-/// searched for in the grid, which holds the same spheres. Realtime: as gather_touched().
+/// Adds to `touched` the static spheres that overlap the tool. A tool sphere that is wider than the
+/// lists are for is searched for in the grid, which holds the same spheres. Realtime: as
+/// gather_touched().
 void gather_statics(const collision::TouchView& lists, const collision::GridView& grid,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 

@@ -15,14 +15,6 @@ PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   return {motion.position_m(time_s), motion.velocity_m_s + speed_m_s * motion.direction};
 }
 
-bool is_moved(const RigidBody& body) {
-  return !body.prescribed.velocity_m_s.isZero(0.0) || swings(body);
-}
-
-bool swings(const RigidBody& body) {
-  return body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
-}
-
 double kinetic_energy_J(const RigidBody& body) {
   const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
   return 0.5 * body.mass_kg * body.velocity_m_s.squaredNorm() +

@@ -31,7 +31,7 @@ struct Spring {
   double damping_N_s_per_m = 0.0;
 };
 
-/// What a joint holds: a node, a point of a rigid body, or a place of the world.
+/// An end of a joint: a node, a point of a rigid body, or a place of the world.
 struct JointEnd {
   int body = -1;  // order in the scene file; -1: none
   int node = -1, rigid = -1;
@@ -76,17 +76,18 @@ struct SphereBinding {
   // A point of the surface of a body with a distance field: it meets planes and the fields of other
   // bodies, and nothing else does, for their spheres and the tool meet its body's field.
   bool is_field_point = false;
+  double crushing_force_N = 0.0;  // see SphereRecord
 };
 
-/// A rigid or static body that is met through its distance field.
+/// A rigid or static body that is met through its distance field, or one of its exact shapes.
 struct FieldBody {
   int body = 0;
   int material = 0;
   int rigid = -1;  // index into World::rigid_bodies; -1: it never moves
-  // Of its frame, where it never moves.
+  // Pose of the field's frame in the rigid body's, or in the world where it never moves.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  std::shared_ptr<const collision::DistanceField> field;  // in the body's frame
+  std::shared_ptr<const collision::DistanceField> field;
 };
 
 /// A sphere that never moves.
@@ -127,6 +128,7 @@ struct World {
   std::vector<std::pair<int, int>> apart;  // bodies that do not collide, ascending, either way
   std::vector<SphereBinding> spheres;      // of free and of prescribed bodies
   std::vector<StaticSphere> static_spheres;
+  std::vector<StaticSphere> static_points;  // field points, as SphereBinding::is_field_point
   std::vector<StaticPlane> planes;
   std::vector<FieldBody> fields;
   std::vector<collision::ContactMaterial> materials;
@@ -145,12 +147,8 @@ struct PrescribedState {
 };
 [[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
 
-/// Whether a motion that is prescribed leads anywhere; and whether it turns back.
-[[nodiscard]] bool is_moved(const RigidBody& body);
-[[nodiscard]] bool swings(const RigidBody& body);
-
 [[nodiscard]] double kinetic_energy_J(const RigidBody& body);
-/// Of what stretches or presses it.
+/// Returns the energy of a spring, J, from its length between two nodes.
 [[nodiscard]] double spring_energy_J(const Spring& spring, const Node& a, const Node& b);
 
 /// Kinetic, gravity and spring energy of everything free, joints' too. Contacts apart.

@@ -112,8 +112,8 @@ class OverlapSearch {
     Eigen::Quaterniond turn = field.orientation;
     if (field.rigid >= 0) {
       const bodies::RigidBody& body = world_.rigid_bodies[static_cast<std::size_t>(field.rigid)];
-      origin_m = body.position_m;
-      turn = body.orientation;
+      origin_m = body.position_m + body.orientation * field.position_m;
+      turn = body.orientation * field.orientation;
     }
     const proto::FieldShape& shape = field.field->shape();
     const double bounding_radius_m = double{shape.bounding_radius_m};
@@ -130,8 +130,10 @@ class OverlapSearch {
       if (!collision::meet(ball, balls_[i]) || sphere.body == field.body ||
           !(is_free(i) || is_free(field)) || !bodies::may_collide(world_, sphere.body, field.body))
         continue;
+      // The radius of a point does not depend on the size of its body.
+      const double small_m = sphere.is_field_point ? collision::detail_m(shape) : sphere.radius_m;
       add({sphere.body, field.body, true, -1, depth_m(position_m_[i], sphere.radius_m)},
-          std::min(sphere.radius_m, bounding_radius_m));
+          std::min(small_m, bounding_radius_m));
     }
     if (!is_free(field)) return;
     for (const bodies::StaticSphere& sphere : world_.static_spheres)

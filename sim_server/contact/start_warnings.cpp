@@ -40,7 +40,7 @@ constexpr std::size_t kMaxLines = 10;
 struct Shape {
   Eigen::AlignedBox3d centres_m;
   double radius_m = 0.0;                                        // the largest
-  double smallest_m = std::numeric_limits<double>::infinity();  // radius
+  double smallest_m = std::numeric_limits<double>::infinity();  // radius, without field points
   std::vector<double> highest_m;                                // of a centre above each plane
 };
 
@@ -50,16 +50,26 @@ std::vector<Shape> shapes_of(const bodies::World& world) {
     Shape& shape = shapes[static_cast<std::size_t>(body)];
     shape.centres_m.extend(at_m);
     shape.radius_m = std::max(shape.radius_m, radius_m);
-    shape.smallest_m = std::min(shape.smallest_m, radius_m);
     shape.highest_m.resize(world.planes.size(), -std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < world.planes.size(); ++i)
       shape.highest_m[i] =
           std::max(shape.highest_m[i], world.planes[i].normal.dot(at_m) - world.planes[i].offset_m);
   };
-  for (const bodies::SphereBinding& sphere : world.spheres)
-    include(sphere.body, sphere.rest_position_m, sphere.radius_m);
+  const auto include_sphere = [&](int body, const Eigen::Vector3d& at_m, double radius_m) {
+    include(body, at_m, radius_m);
+    double& smallest_m = shapes[static_cast<std::size_t>(body)].smallest_m;
+    smallest_m = std::min(smallest_m, radius_m);
+  };
+  for (const bodies::SphereBinding& sphere : world.spheres) {
+    if (sphere.is_field_point)
+      include(sphere.body, sphere.rest_position_m, sphere.radius_m);
+    else
+      include_sphere(sphere.body, sphere.rest_position_m, sphere.radius_m);
+  }
   for (const bodies::StaticSphere& sphere : world.static_spheres)
-    include(sphere.body, sphere.position_m, sphere.radius_m);
+    include_sphere(sphere.body, sphere.position_m, sphere.radius_m);
+  for (const bodies::StaticSphere& point : world.static_points)
+    include(point.body, point.position_m, point.radius_m);
   return shapes;
 }
 

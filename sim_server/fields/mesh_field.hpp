@@ -6,6 +6,17 @@
 
 namespace stillgrid::fields {
 
+/// About the most bytes that a field takes whose cells are default_cell_m() wide.
+inline constexpr double kDefaultFieldBytes = 16.0 * 1048576.0;
+
+/// Returns the default edge of a field's cells, m. It is the least of half the radius of the tool's
+/// smallest sphere, half the mean thickness 2 volume / area, and 1/32 of the box's longest side.
+/// Wider cells where the field would take more than about kDefaultFieldBytes
+/// with that band and margin. Follows from lengths alone, so that each machine gets the same.
+/// Pre: closed, as make_closed() leaves it; tool_radius_m, band_m, margin_m > 0.
+[[nodiscard]] double default_cell_m(const mesh::TriangleMesh& closed, double tool_radius_m,
+                                    double band_m, double margin_m);
+
 /// Changes whenever the same mesh would get another field.
 inline constexpr int kFieldVersion = 1;
 

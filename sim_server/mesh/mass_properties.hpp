@@ -6,7 +6,7 @@
 
 namespace stillgrid::mesh {
 
-/// Volume, centre and inertia of a solid of uniform density, in the mesh's frame.
+/// Volume, centre and inertia of a solid or shell of uniform density, in the mesh's frame.
 struct MassProperties {
   double volume_m3 = 0.0;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
@@ -18,6 +18,9 @@ struct MassProperties {
 /// [Eberly, Polyhedral Mass Properties].
 /// Pre: closed, as make_closed() leaves it.
 [[nodiscard]] MassProperties mass_properties(const TriangleMesh& closed);
+
+/// Likewise of a thin shell, over its area; its volume is 0. Pre: the mesh has an area.
+[[nodiscard]] MassProperties shell_mass_properties(const TriangleMesh& mesh);
 
 /// The area of all triangles together, m^2.
 [[nodiscard]] double surface_area_m2(const TriangleMesh& mesh);

@@ -15,6 +15,12 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A surface with an area that bounds no solid: it may still be felt as a thin shell.
+class NotSolid : public MeshError {
+ public:
+  using MeshError::MeshError;
+};
+
 /// The triangles of a mesh as it came, its coordinates times `scale` metres.
 ///
 /// Nothing is repaired: see make_closed(). Throws MeshError as cut_into_triangles(), and for no

@@ -84,16 +84,16 @@ std::vector<std::vector<int>> holders_of(const std::vector<Piece>& parts) {
 int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int count,
                 const std::string& name) {
   if (count > kMaxPieces)
-    throw MeshError(name + ": " + std::to_string(count) + " separate pieces: expected at most " +
-                    std::to_string(kMaxPieces));
+    throw NotSolid(name + ": " + std::to_string(count) + " separate pieces: expected at most " +
+                   std::to_string(kMaxPieces));
   std::vector<Piece> parts = parts_of(mesh, piece_of_face, count);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].volume_m3 = signed_volume_m3(parts[i].mesh);
     const double size_m = parts[i].box.diagonal().norm();
     if (std::abs(parts[i].volume_m3) < 1e-12 * size_m * size_m * size_m)
-      throw MeshError(name + ": piece " + std::to_string(i + 1) + " of " + std::to_string(count) +
-                      ", " + std::to_string(parts[i].mesh.triangles.size()) +
-                      " faces: encloses no volume: expected a solid");
+      throw NotSolid(name + ": piece " + std::to_string(i + 1) + " of " + std::to_string(count) +
+                     ", " + std::to_string(parts[i].mesh.triangles.size()) +
+                     " faces: encloses no volume: expected a solid");
   }
   const std::vector<std::vector<int>> holders = holders_of(parts);
   std::vector<char> turn(parts.size(), 0);
@@ -109,9 +109,9 @@ int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int coun
     doubtful += is_outward != (holders[i].size() % 2 == 0) ? 1 : 0;
   }
   if (doubtful > 0)
-    throw MeshError(name + ": " + std::to_string(doubtful) + " of " + std::to_string(count) +
-                    " pieces lie within another and face the same way: expected a cavity that "
-                    "faces the other way, or no piece there");
+    throw NotSolid(name + ": " + std::to_string(doubtful) + " of " + std::to_string(count) +
+                   " pieces lie within another and face the same way: expected a cavity that "
+                   "faces the other way, or no piece there");
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (turn[index(piece_of_face[i])]) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
   return turned;

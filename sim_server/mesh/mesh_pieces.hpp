@@ -13,7 +13,7 @@ inline constexpr int kMaxPieces = 10'000;
 /// Turns the pieces that are inside out, so that each faces out and a cavity faces in. Returns how
 /// many. piece_of_face numbers the piece of each face, from 0.
 ///
-/// Throws MeshError on a piece without volume, one that lies within another and faces the same way,
+/// Throws NotSolid on a piece without volume, one that lies within another and faces the same way,
 /// more than kMaxPieces; StopRequested.
 /// Pre: every edge joins two faces that agree; pieces do not cut one another.
 int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int count,

@@ -14,6 +14,7 @@
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_crossings.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
+#include "sim_server/mesh/mesh_holes.hpp"
 #include "sim_server/mesh/mesh_pieces.hpp"
 
 namespace stillgrid::mesh {
@@ -164,6 +165,15 @@ int drop_doubled(TriangleMesh& mesh) {
   }));
 }
 
+/// The edges of one face, as it has them.
+std::vector<Eigen::Vector2i> border_of(const std::vector<HalfEdge>& edges) {
+  std::vector<Eigen::Vector2i> border;
+  for_each_edge(edges, [&](std::size_t first, std::size_t faces) {
+    if (faces == 1) border.emplace_back(edges[first].from, edges[first].to);
+  });
+  return border;
+}
+
 void check_edges(const std::vector<HalfEdge>& edges, const std::string& name) {
   int open = 0, crowded = 0;
   for_each_edge(edges, [&](std::size_t, std::size_t faces) {
@@ -171,9 +181,9 @@ void check_edges(const std::vector<HalfEdge>& edges, const std::string& name) {
     crowded += faces > 2 ? 1 : 0;
   });
   if (open + crowded > 0)
-    throw MeshError(name + ": not closed: " + std::to_string(open) +
-                    " boundary edges (of one face), " + std::to_string(crowded) +
-                    " non-manifold edges (of three or more): expected two faces at every edge");
+    throw NotSolid(name + ": not closed: " + std::to_string(open) +
+                   " boundary edges (of one face), " + std::to_string(crowded) +
+                   " non-manifold edges (of three or more): expected two faces at every edge");
 }
 
 /// Turns faces until neighbours agree, the smaller part of each piece; the pieces by face.
@@ -229,7 +239,7 @@ Pieces orient(TriangleMesh& mesh, const std::vector<HalfEdge>& edges, const std:
     }
   }
   if (torn > 0)
-    throw MeshError(
+    throw NotSolid(
         name + ": not orientable: at " + std::to_string(torn / 2) +
         " edges its faces cannot agree on an outside: expected a surface with two sides");
   return pieces;
@@ -295,6 +305,7 @@ ClosedMesh make_closed(TriangleMesh mesh, std::string_view mesh_name) {
   repair.doubled_faces = drop_doubled(mesh);
   if (mesh.triangles.empty())
     throw MeshError(name + ": every face is degenerate: expected a closed surface");
+  repair.holes = close_small_holes(mesh, border_of(sorted_edges(mesh)));
   std::vector<HalfEdge> edges = sorted_edges(mesh);
   check_edges(edges, name);
   repair.split_vertices = split_pinched(mesh, edges);
@@ -303,9 +314,9 @@ ClosedMesh make_closed(TriangleMesh mesh, std::string_view mesh_name) {
   repair.turned_faces = pieces.turned;
   const Crossings crossings = count_crossings(mesh, pieces.of_face, name);
   if (crossings.between_pieces > 0)
-    throw MeshError(name + ": its " + std::to_string(pieces.count) +
-                    " pieces cut one another: " + std::to_string(crossings.between_pieces) +
-                    " edges pierce a face of another piece: expected pieces that keep apart");
+    throw NotSolid(name + ": its " + std::to_string(pieces.count) +
+                   " pieces cut one another: " + std::to_string(crossings.between_pieces) +
+                   " edges pierce a face of another piece: expected pieces that keep apart");
   repair.turned_components = turn_pieces(mesh, pieces.of_face, pieces.count, name);
   drop_unused_vertices(mesh);
   return {std::move(mesh), repair, pieces.count, crossings.within_pieces};

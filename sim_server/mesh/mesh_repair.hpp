@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "sim_server/mesh/mesh_holes.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 
 namespace stillgrid::mesh {
@@ -14,6 +15,7 @@ struct MeshRepair {
   int turned_faces = 0;       // they faced the other way than their neighbours
   int turned_components = 0;  // whole pieces that were inside out
   int split_vertices = 0;     // where pieces touched in one point
+  ClosedHoles holes = {};
 };
 
 /// A surface that bounds a solid: every edge joins two triangles, all face outwards.
@@ -28,10 +30,11 @@ struct ClosedMesh {
 /// Repairs what is certain, so that inside and outside are defined; `name` is for messages.
 ///
 /// Joins coincident vertices, drops degenerate and doubled faces, turns faces and pieces that face
-/// the wrong way. A piece within another that faces the other way is a cavity and stays one.
-/// Throws MeshError naming reason and counts: no triangles, a number that is none, open (edges of
-/// one face), not manifold (edges of three or more), not orientable, pieces without volume, a piece
-/// within another that faces the same way, pieces that cut one another.
+/// the wrong way, closes small holes. A piece within another that faces the other way is a cavity
+/// and stays one. Throws MeshError naming reason and counts: no triangles, a number that is none;
+/// NotSolid: open (edges of one face), not manifold (edges of three or more), not orientable,
+/// pieces without volume, a piece within another that faces the same way, pieces that cut one
+/// another.
 [[nodiscard]] ClosedMesh make_closed(TriangleMesh mesh, std::string_view name);
 
 }  // namespace stillgrid::mesh

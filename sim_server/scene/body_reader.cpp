@@ -109,23 +109,22 @@ void read_dynamics(toml::TableReader& table, bodies::BodyDescription& body) {
       table.vector_or("angular_velocity_rad_s", body.angular_velocity_rad_s);
 }
 
-/// How much stiffer a body's contacts are than its material, beyond what `normalise` found.
+/// How much stiffer a body's contacts are than its material.
 void read_stiffness_scale(toml::TableReader& table, bodies::BodyDescription& body) {
   if (!table.has("stiffness_scale")) return;
   const double scale = table.number("stiffness_scale", toml::Bound::kAny);
   if (scale < 1.0 / kMaxStiffnessScale || scale > kMaxStiffnessScale)
     table.refuse("stiffness_scale", "a number from 1e-6 to 1e6");
-  body.stiffness_scale *= scale;
+  body.stiffness_scale = scale;
 }
 
 }  // namespace
 
 bodies::BodyDescription read_body(toml::TableReader& table,
                                   std::span<const MaterialDescription> materials,
-                                  double tool_radius_m, std::vector<std::string>& notes) {
+                                  std::vector<std::string>& notes) {
   bodies::BodyDescription body;
   body.line = table.line();
-  body.tool_radius_m = tool_radius_m;
   body.name = table.name("name");
   const bodies::BodyKind& kind = read_kind(table);
   body.material = read_material(table, materials);

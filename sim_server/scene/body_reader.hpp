@@ -13,10 +13,10 @@ namespace stillgrid::scene {
 ///
 /// A key that its kind does not have is unknown. A mass, a velocity, an amplitude of a motion that
 /// has none is refused. Springs and pinned nodes may stay on a body that is static: of a mesh they
-/// say that it is soft. A mesh adds a line to notes, judged by a tool of tool_radius_m.
+/// say that it is soft. A mesh of spheres adds a line to
+/// notes.
 [[nodiscard]] bodies::BodyDescription read_body(toml::TableReader& table,
                                                 std::span<const MaterialDescription> materials,
-                                                double tool_radius_m,
                                                 std::vector<std::string>& notes);
 
 }  // namespace stillgrid::scene

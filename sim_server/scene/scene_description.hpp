@@ -46,11 +46,16 @@ struct DeviceFrame {
   double scale = 1.0;
 };
 
+/// Slip speed of a tool with contact = "penalty": a hand's velocity is an estimate, late by some
+/// milliseconds, and steeper friction would chatter.
+inline constexpr double kPenaltySlip_m_s = 0.05;
+
 /// A hand that holds a tool of its own in the scene.
 struct Hand {
   std::string name;  // letters, digits, '_' and '-'; empty: the only hand of a scene
   std::vector<ToolSphere> tool;
-  double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
+  // 0: met by proxies. Else by the paper's penalty sum, whose friction is viscous up to this speed.
+  double tool_slip_speed_m_s = 0.0;
   DeviceFrame device;
 };
 
@@ -77,7 +82,8 @@ struct SceneDescription {
   std::vector<JointDescription> joints;
   // Either one hand, whose tool and device these are, or hands by name.
   std::vector<ToolSphere> tool;
-  double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
+  // 0: met by proxies. Else by the paper's penalty sum, whose friction is viscous up to this speed.
+  double tool_slip_speed_m_s = 0.0;
   DeviceFrame device;
   std::optional<HandDescription> hand;
   std::vector<Hand> hands;         // at most proto::kMaxHands

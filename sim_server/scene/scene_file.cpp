@@ -20,6 +20,7 @@
 #include "shared/files/text_file.hpp"
 #include "shared/publication/hands.hpp"
 #include "sim_server/bodies/kinds/mesh_fields.hpp"
+#include "sim_server/bodies/kinds/mesh_shells.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/joint_reader.hpp"
 #include "sim_server/toml/refusal.hpp"
@@ -135,8 +136,10 @@ void read_tool(toml::TableReader table, Hand& hand) {
         {Eigen::Vector3d::Zero(),
          table.number_or("radius_m", toml::Bound::kPositive, kDefaultToolRadius_m)});
   }
-  hand.tool_slip_speed_m_s =
-      table.number_or("slip_speed_m_s", toml::Bound::kPositive, hand.tool_slip_speed_m_s);
+  table.refuse_gone("slip_speed_m_s", "friction of a tool sticks");
+  constexpr std::array<std::string_view, 2> kContacts = {"proxy", "penalty"};
+  if (table.has("contact") && table.choice("contact", kContacts) == 1)
+    hand.tool_slip_speed_m_s = kPenaltySlip_m_s;
   table.finish();
 }
 
@@ -226,8 +229,7 @@ void read_materials(toml::TableReader& document, SceneDescription& scene) {
 }
 
 bodies::FieldScene field_scene_of(const SceneDescription& scene) {
-  bodies::FieldScene of{.least_tool_radius_m = std::numeric_limits<double>::infinity(),
-                        .period_s = scene.period_s};
+  bodies::FieldScene of{.least_tool_radius_m = std::numeric_limits<double>::infinity()};
   for (const Hand& hand : hands_of(scene))
     for (const ToolSphere& sphere : hand.tool) {
       of.least_tool_radius_m = std::min(of.least_tool_radius_m, sphere.radius_m);
@@ -241,25 +243,26 @@ bodies::FieldScene field_scene_of(const SceneDescription& scene) {
 void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
   std::size_t planes = 0, scaled = 0, fields = 0;
-  const double tool_radius_m = field_scene_of(scene).largest_tool_radius_m;
   for (toml::TableReader& table : document.tables("body")) {
     const bodies::BodyDescription& body =
-        scene.bodies.emplace_back(read_body(table, scene.materials, tool_radius_m, scene.notes));
+        scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
     take_name(table, body.name, names);
     if (std::holds_alternative<bodies::PlaneBody>(body.shape)) ++planes;
     if (planes > kMaxPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMaxPlanes) + " planes");
     }
     const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
-    if (mesh != nullptr && mesh->asked_field) ++fields;
+    const auto* const compound = std::get_if<bodies::CompoundBody>(&body.shape);
+    fields += mesh != nullptr && mesh->asked_field ? 1
+              : compound != nullptr                ? compound->shapes.size()
+                                                   : 0;
     if (fields > proto::kMaxFields)
-      table.refuse("contact", "at most " + std::to_string(proto::kMaxFields) + " fields");
-    // A body whose stiffness is its own is published with a material of its own; so may be one
-    // whose contact is chosen.
-    const bool is_choice = mesh != nullptr && mesh->asked_field && mesh->asked_field->is_choice;
-    scaled += body.stiffness_scale != 1.0 || is_choice ? 1 : 0;
+      table.refuse("kind", "at most " + std::to_string(proto::kMaxFields) +
+                               " fields and exact shapes; a rigid_box with `spheres` is neither");
+    // A body whose stiffness is its own is published with a material of its own.
+    scaled += body.stiffness_scale != 1.0 ? 1 : 0;
     if (scene.materials.size() + scaled > kMaxMaterials)
-      table.refuse(table.has("normalise") ? "normalise" : "stiffness_scale",
+      table.refuse("stiffness_scale",
                    "at most " + std::to_string(kMaxMaterials) +
                        " materials and bodies of a stiffness of their own together");
   }
@@ -301,7 +304,9 @@ void read_tables(toml::TableReader& document, Integrators integrators, const std
   read_joints(document, scene);
   serve_meshes(names_method, scene);
   scene.names_step = names_rate || names_method;
-  bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
+  const bodies::FieldScene around = field_scene_of(scene);
+  bodies::cover_shells(scene.bodies, around, scene.notes);
+  bodies::make_fields(scene.bodies, around, file, scene.notes);
 }
 
 }  // namespace

@@ -10,7 +10,9 @@ proto::FieldState state_of(const bodies::World& world, const bodies::FieldBody& 
     return publication::field_state(field.position_m, field.orientation, Eigen::Vector3d::Zero(),
                                     Eigen::Vector3d::Zero());
   const bodies::RigidBody& body = world.rigid_bodies[static_cast<std::size_t>(field.rigid)];
-  return publication::field_state(body.position_m, body.orientation, body.velocity_m_s,
+  const Eigen::Vector3d arm_m = body.orientation * field.position_m;
+  return publication::field_state(body.position_m + arm_m, body.orientation * field.orientation,
+                                  body.velocity_m_s + body.angular_velocity_rad_s.cross(arm_m),
                                   body.angular_velocity_rad_s);
 }
 

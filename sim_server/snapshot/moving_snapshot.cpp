@@ -38,6 +38,7 @@ MovingSnapshot::MovingSnapshot(const bodies::World& world, double voxel_ratio)
   const auto records = spheres_.grid().records();
   for (std::size_t i = 0; i < records.size(); ++i) {
     describe(world.spheres[i], records[i]);
+    records[i].crushing_force_N = static_cast<float>(world.spheres[i].crushing_force_N);
     if (world.spheres[i].is_field_point) records[i].material = proto::kFieldPoint;
   }
   show(world);

@@ -8,10 +8,10 @@
 
 namespace stillgrid::snapshot {
 
-/// Where a sphere is and how it moves, as it is published: in floats.
+/// Returns the published position and velocity of a sphere, in floats.
 [[nodiscard]] proto::SphereState state_of(const bodies::SphereMotion& motion) noexcept;
 
-/// Writes what a record tells of a sphere but where it is: radius, material, body.
+/// Writes radius, material and body of a sphere into its record.
 template <class Sphere>
 void describe(const Sphere& sphere, proto::SphereRecord& record) noexcept {
   record.radius_m = static_cast<float>(sphere.radius_m);

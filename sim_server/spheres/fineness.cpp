@@ -3,21 +3,19 @@
 #include <algorithm>
 
 #include "sim_server/spheres/decomposition_error.hpp"
-#include "sim_server/spheres/level_of_detail.hpp"
 #include "sim_server/spheres/sampling.hpp"
 
 namespace stillgrid::spheres {
 
-std::vector<Decomposition> cover_mesh(const mesh::TriangleMesh& closed, const Fineness& fineness,
-                                      int levels, const DecompositionProgress& progress) {
-  if (fineness.tolerance_m > 0.0)
-    return levels_of_detail(closed, fineness.tolerance_m, levels, 2.0, progress);
+Decomposition cover_mesh(const mesh::TriangleMesh& closed, const Fineness& fineness,
+                         const DecompositionProgress& progress) {
+  if (fineness.tolerance_m > 0.0) return decompose(closed, fineness.tolerance_m, progress);
   const double surface_m = fineness.surface_spacing_m, volume_m = fineness.volume_spacing_m;
-  constexpr double kPrecision = 0.05;  // of the measured error, in spacings
-  return {with_error(
+  constexpr double kOfSpacing = 0.05;  // of the measured error, in spacings
+  return with_error(
       MeshSolid(closed),
       surface_m > 0.0 ? firm_surface_balls(closed, surface_m) : firm_volume_balls(closed, volume_m),
-      kPrecision * std::max(surface_m, volume_m))};
+      kOfSpacing * std::max(surface_m, volume_m));
 }
 
 }  // namespace stillgrid::spheres

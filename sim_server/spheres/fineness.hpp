@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "sim_server/spheres/decomposition.hpp"
 
 namespace stillgrid::spheres {
@@ -13,12 +11,9 @@ struct Fineness {
   double volume_spacing_m = 0.0;   // even ones throughout
 };
 
-/// The spheres asked for, from coarse to fine, each with its error: `levels` of them of a
-/// tolerance, one of a spacing. Throws as levels_of_detail(), firm_surface_balls() and
-/// firm_volume_balls().
-/// Pre: closed, as make_closed() leaves it; levels >= 1.
-[[nodiscard]] std::vector<Decomposition> cover_mesh(const mesh::TriangleMesh& closed,
-                                                    const Fineness& fineness, int levels = 1,
-                                                    const DecompositionProgress& progress = {});
+/// Returns the spheres asked for, with their error. Throws as decompose(), firm_surface_balls() and
+/// firm_volume_balls(). Pre: closed, as make_closed() leaves it.
+[[nodiscard]] Decomposition cover_mesh(const mesh::TriangleMesh& closed, const Fineness& fineness,
+                                       const DecompositionProgress& progress = {});
 
 }  // namespace stillgrid::spheres

@@ -119,14 +119,6 @@ std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed, double sp
                         });
 }
 
-std::vector<Ball> firm_surface_balls_if_any(const mesh::TriangleMesh& closed, double spacing_m) {
-  try {
-    return firm_surface_balls(closed, spacing_m);
-  } catch (const std::invalid_argument&) {
-    return {};
-  }
-}
-
 std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
                                double radius_m) {
   Eigen::Vector3d low = closed.vertices_m.front(), high = low;
@@ -170,6 +162,26 @@ std::vector<Ball> firm_volume_balls(const mesh::TriangleMesh& closed, double spa
     ball.radius_m = std::max(ball.radius_m, kFirmGrowth * depth_m);
     return is_left_out(ball, depth_m);
   });
+  return balls;
+}
+
+std::vector<Ball> shell_balls(const mesh::TriangleMesh& mesh, double radius_m) {
+  constexpr double kSamples = 12.0;  // per square of the spacing
+  const double apart_m = kShellSpacing * radius_m,
+               most = mesh::surface_area_m2(mesh) / (apart_m * apart_m);
+  require_few(most);
+  const auto count = static_cast<std::size_t>(std::ceil(kSamples * most));
+  Spread spread(apart_m);
+  std::vector<Ball> balls;
+  const auto cover = [&](const Eigen::Vector3d& point_m) {
+    if (!spread.fits(point_m, apart_m)) return;
+    spread.keep(point_m, apart_m);
+    balls.push_back({point_m, radius_m});
+  };
+  // Corners first: samples leave them out.
+  for (const Eigen::Vector3i& triangle : mesh.triangles)
+    for (const int vertex : triangle) cover(mesh.vertices_m[static_cast<std::size_t>(vertex)]);
+  std::ranges::for_each(sample_surface(mesh, std::max<std::size_t>(count, 1)).points_m, cover);
   return balls;
 }
 

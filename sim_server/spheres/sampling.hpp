@@ -37,21 +37,22 @@ inline constexpr double kMaxSampledBalls = 2e5;
 /// A tool sphere of at least twice spacing_m in radius, pressed along the inward normal from
 /// spacing_m deep until its centre has gone kFirmShare of the way from the surface to the medial
 /// axis, is pushed outward at every depth, wherever a ball of spacing_m fits under the surface
-/// (docs/algorithms/force_criterion.md). For bodies that do not deform: a ball does not follow a
-/// surface that it is larger than. Throws as surface_balls(). Pre: as surface_balls().
+/// (docs/algorithms/sphere_decomposition.md). For bodies that do not deform: a ball does not follow
+/// a surface that it is larger than. Throws as surface_balls(). Pre: as surface_balls().
 [[nodiscard]] std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed,
                                                    double spacing_m);
-
-/// firm_surface_balls(), or none where that throws: none fits under a part thinner than a tenth of
-/// the spacing, finer ones may.
-[[nodiscard]] std::vector<Ball> firm_surface_balls_if_any(const mesh::TriangleMesh& closed,
-                                                          double spacing_m);
 
 /// volume_balls() of kVolumeRadius spacings that cannot be pushed through, as firm_surface_balls():
 /// those deeper inside grow to kFirmGrowth of their depth, so that the inner ones outweigh the
 /// outer. Throws and Pre: as volume_balls().
 [[nodiscard]] std::vector<Ball> firm_volume_balls(const mesh::TriangleMesh& closed,
                                                   double spacing_m);
+
+/// Balls of radius_m on the surface itself, kShellSpacing radii apart at least. No place of the
+/// surface is farther than about radius_m from the centre of one. Throws as surface_balls(). Pre:
+/// the mesh has an area, open or not; radius_m > 0.
+[[nodiscard]] std::vector<Ball> shell_balls(const mesh::TriangleMesh& mesh, double radius_m);
+inline constexpr double kShellSpacing = 0.75;
 
 /// To where firm balls push outward, from the surface (0) to the medial axis (1).
 inline constexpr double kFirmShare = 0.3;

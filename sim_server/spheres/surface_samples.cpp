@@ -59,21 +59,4 @@ SurfaceSamples sample_surface(const mesh::TriangleMesh& mesh, std::size_t count)
   return samples;
 }
 
-Eigen::Vector3d pressed_tool_m(const SurfaceSamples& surface, std::size_t i, double tool_radius_m,
-                               double press_depth_m) {
-  return surface.points_m[i] + (tool_radius_m - press_depth_m) * surface.normals[i];
-}
-
-SurfaceSamples reachable_samples(const SurfaceSamples& surface, const mesh::MeshDistance& mesh,
-                                 double tool_radius_m, double press_depth_m) {
-  SurfaceSamples reachable;
-  for (std::size_t i = 0; i < surface.points_m.size(); ++i) {
-    const Eigen::Vector3d tool_m = pressed_tool_m(surface, i, tool_radius_m, press_depth_m);
-    if (tool_radius_m - mesh.signed_distance_m(tool_m) > 1.1 * press_depth_m) continue;
-    reachable.points_m.push_back(surface.points_m[i]);
-    reachable.normals.push_back(surface.normals[i]);
-  }
-  return reachable;
-}
-
 }  // namespace stillgrid::spheres

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 
 namespace stillgrid::spheres {
@@ -22,16 +21,5 @@ struct SurfaceSamples {
 ///
 /// Pre: the mesh has an area, count > 0.
 [[nodiscard]] SurfaceSamples sample_surface(const mesh::TriangleMesh& mesh, std::size_t count);
-
-/// Centre of a tool sphere that is pressed so deep along sample i's normal.
-[[nodiscard]] Eigen::Vector3d pressed_tool_m(const SurfaceSamples& surface, std::size_t i,
-                                             double tool_radius_m, double press_depth_m);
-
-/// Those samples at which a tool sphere can be pressed press_depth_m deep without being a tenth of
-/// that deeper elsewhere: not those in creases narrower than the tool.
-/// Pre: the samples are of that mesh, 0 < press_depth_m.
-[[nodiscard]] SurfaceSamples reachable_samples(const SurfaceSamples& surface,
-                                               const mesh::MeshDistance& mesh, double tool_radius_m,
-                                               double press_depth_m);
 
 }  // namespace stillgrid::spheres

@@ -228,6 +228,11 @@ void TableReader::allow_only(std::span<const std::string_view> keys) {
   finish();
 }
 
+void TableReader::refuse_gone(std::string_view key, std::string_view instead) const {
+  if (const ::toml::node* node = table_->get(key))
+    refuse_at(key, *node, "no such key: " + std::string(instead));
+}
+
 void TableReader::finish() const {
   const std::vector<std::string_view> asked(asked_.begin(), asked_.end());
   for (const auto& [key, value] : *table_) {

@@ -92,6 +92,10 @@ class TableReader {
   /// Throws at the value of the key, or at the table when the key is missing.
   [[noreturn]] void refuse(std::string_view key, std::string_view expected);
 
+  /// Throws at the value of a key of earlier versions, if it is there. instead: the words that
+  /// follow "no such key: ".
+  void refuse_gone(std::string_view key, std::string_view instead) const;
+
   /// The line that the table begins at, from one.
   [[nodiscard]] unsigned line() const noexcept { return where_.line; }
 

@@ -35,11 +35,11 @@ constexpr std::uint64_t kRelay = 7, kOwnRelay = 8;
 constexpr std::uint32_t kMaxShown = 4096;  // moving spheres: more take long, and nothing else
 
 struct WireTypes {
-  WireType status{stillgrid_relay2_Status_desc};
+  WireType status{stillgrid_relay3_Status_desc};
   WireType greeting{stillgrid_Greeting_desc};
-  WireType scene{stillgrid_relay2_Scene_desc};
-  WireType tool{stillgrid_relay2_Tool_desc};
-  WireType snapshot{stillgrid_relay2_Snapshot_desc};
+  WireType scene{stillgrid_relay3_Scene_desc};
+  WireType tool{stillgrid_relay3_Tool_desc};
+  WireType snapshot{stillgrid_relay3_Snapshot_desc};
 };
 
 /// What a relay beside the simulation of the valid segment tells, a message a kind.

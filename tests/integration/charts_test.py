@@ -119,18 +119,18 @@ class ChartsTest(unittest.TestCase):
         self.assertEqual((self.out / "paper_figures.csv").read_bytes(), (CHARTS / "paper_figures.csv").read_bytes())
 
     def test_a_chart_that_fails_is_named_and_the_others_are_drawn(self):
-        run = run_charts("--only", "row_ripple", "axes", "--out", self.out, STILLGRID_BUILD_DIR=self.out / "build")
+        run = run_charts("--only", "broyden", "axes", "--out", self.out, STILLGRID_BUILD_DIR=self.out / "build")
         self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
-        self.assertRegex(run.stderr, r"\Acharts: failed: row_ripple \(.*\)\n\Z")
-        self.assertRegex(run.stdout, r"row_ripple .* FAILED: measure_printed.py: .*/row_figures: expected a program")
+        self.assertRegex(run.stderr, r"\Acharts: failed: broyden \(.*\)\n\Z")
+        self.assertRegex(run.stdout, r"broyden .* FAILED: measure_printed.py: .*/broyden_figures: expected a program")
         self.assert_drawn("axes.png")
 
     def test_without_the_real_inputs_a_chart_is_drawn_from_the_table_that_is_kept(self):
-        run = run_charts("--only", "ku_contact", "--out", self.out, STILLGRID_BUILD_DIR=daemons.BUILD,
+        run = run_charts("--only", "recorded_forces", "--out", self.out, STILLGRID_BUILD_DIR=daemons.BUILD,
                          STILLGRID_DATA=self.out / "absent")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
         self.assertIn("skipped: measuring it needs the folder of real inputs, drawn", run.stdout)
-        self.assert_drawn("ku_contact.png")
+        self.assert_drawn("spring_recording.png")
 
     def test_what_cannot_be_asked_for_is_one_line(self):
         for arguments, words in ((["--only", "tool_rage"], "--only: value tool_rage: expected some of demo"),

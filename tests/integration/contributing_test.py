@@ -215,7 +215,7 @@ class PagesTest(unittest.TestCase):
                 ("README.md", f"{transitions} ways to pass from one snapshot to the next"),
                 ("README.md", f"{rivals} rival models"),
                 ("docs/README.md", f"{len(FAULTS)} injected faults"), ("docs/README.md", f"{rivals} rivals"),
-                ("docs/safety.md", f"injects {len(FAULTS)} faults"), ("docs/faq.md", f"one of {rivals} rivals"),
+                ("docs/safety.md", f"injects {len(FAULTS)} faults"),
                 ("docs/algorithms/snapshot_renderer.md", f"All {transitions} transitions"),
                 ("docs/architecture.md", f"{rivals} [models of others]")):
             self.assertIn(sentence, text_of(page), page)

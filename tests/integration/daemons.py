@@ -148,13 +148,13 @@ class SessionTest(unittest.TestCase):
         return self.start(BUILD / "bin" / "haptic_server", "--session", self.session,
                           "--device", device, *arguments)
 
-    def run_lockstep(self, scene, device, duration_s, sim=(), haptic=()):
+    def run_lockstep(self, scene, device, duration_s, sim=(), haptic=(), wait_s=30.0):
         """Runs both to their end. Returns the recording's file."""
         recording = self.folder / f"recording-{next(_numbers)}.csv"
         both = ("--lockstep", "--duration", duration_s)
         sim_server = self.sim_server(scene, *both, *sim)
         haptic_server = self.haptic_server(device, *both, "--record", recording, *haptic)
-        self.assertEqual(haptic_server.wait(), DONE, haptic_server.lines())
+        self.assertEqual(haptic_server.wait(wait_s), DONE, haptic_server.lines())
         self.assertEqual(sim_server.wait(), DONE, sim_server.lines())
         return recording
 

@@ -171,7 +171,7 @@ class LimitsTest(daemons.SessionTest):
                "haptic_server": (("--cpu", "-1"), ("--rate", "9"), ("--max-force", "0x1")),
                "segment_inspect": (("--max-spheres", "-1"), ("--watch-s", "nan")),
                "scene_viewer": (("--port", "65536"), ("--port", "-1"), ("--frames-per-s", "0")),
-               "sphere_decompose": (("--levels", "0"), ("--levels", "1.5"), ("--scale", "-1"))}
+               "sphere_decompose": (("--tolerance", "0"), ("--scale", "-1"))}
         given = {"sim_server": ["--scene", scene, "--session", self.session],
                  "haptic_server": ["--session", self.session, "--device", "phantom"],
                  "segment_inspect": ["--json"], "scene_viewer": ["--session", self.session],

@@ -54,30 +54,6 @@ class MethodChoiceTest(daemons.SessionTest):
         self.write("auto.toml", SCENE.replace("structural = 50.0", "structural = 1e9"))
         self.assertRegex(self.explain().stdout, "method by the spectrum: implicit_euler: .* more than 16\n")
 
-    def test_explain_lists_the_models_of_a_contact_that_is_chosen(self):
-        self.write("cube.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1)) +
-                   "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\n"
-                   "f 2 4 8\nf 2 8 6\n")
-        self.scene = self.write("chosen.toml", SCENE + """
-[[body]]
-name = "cube"
-kind = "mesh"
-file = "cube.obj"
-scale = 0.04
-motion = "static"
-contact = "auto"
-force_error = "3jnd"
-material = "thread"
-""")
-        result = self.explain()
-
-        self.assertEqual(result.returncode, DONE, result.stderr)
-        rows = result.stdout.split("contact of cube")[1].split("\n\n")[1].splitlines()[2:]
-        chosen = [row for row in rows if row.startswith("* ")]
-        self.assertEqual(len(chosen), 1, result.stdout)
-        self.assertLessEqual(float(chosen[0].split()[-3]), 3.0)
-        self.assertTrue(all(row.endswith(("misses the error", "costs more", "errs more", "chosen")) for row in rows), rows)
-
     def test_virtual_time_chooses_a_method_and_repeats_it_to_the_bit(self):
         ends = []
         for _ in range(2):

@@ -79,14 +79,14 @@ class MeshTest(unittest.TestCase):
     def test_the_spheres_of_a_cube_cover_it_within_the_tolerance(self):
         spheres, report = stillgrid.decompose(CUBE_m, CUBE_TRIANGLES, tolerance_m=0.002)
         self.assertEqual(spheres.shape[1], 4)
-        self.assertLessEqual(report["levels"][-1]["hausdorff_m"], 0.002)
+        self.assertLessEqual(report["hausdorff_m"], 0.002)
         centres_m, radii_m = spheres[:, :3], spheres[:, 3]
         for point in (*CUBE_m, *numpy.random.default_rng(0).uniform(-0.01, 0.01, (200, 3))):
             self.assertLess((numpy.linalg.norm(centres_m - point, axis=1) - radii_m).min(), 0.002)
         self.assertLess((abs(centres_m) + radii_m[:, None]).max(), 0.012)
 
     def test_an_open_mesh_and_one_that_names_no_vertex_are_refused_in_one_line(self):
-        for triangles in (CUBE_TRIANGLES[1:], [[0, 1, 8]]):
+        for triangles in (CUBE_TRIANGLES[4:], [[0, 1, 8]]):
             with self.assertRaises(stillgrid.StillgridError) as raised:
                 stillgrid.decompose(CUBE_m, triangles, tolerance_m=0.002)
             self.assertEqual(raised.exception.code, stillgrid.Code.ARGUMENT)

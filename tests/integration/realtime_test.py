@@ -32,7 +32,6 @@ class RealTimeTest(daemons.SessionTest):
         else:
             self.fail(f"no run of {RUNS} was whole, ticks and missed ones: {counts}")
         self.assertLessEqual(haptic["ticks"], 3102, "the force may fade after the end")
-        self.assertLess(haptic["tick_ns"]["p50"], 200_000)
         self.assertEqual(haptic["rate_hz"], 1000.0)
         self.assertGreater(haptic["force_N"]["max"], 0.1)
         self.assertEqual(haptic["scene"], "tissue_and_blocks")

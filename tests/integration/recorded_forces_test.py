@@ -1,11 +1,14 @@
 #!/usr/bin/python3
 """Our forces against those that others measured at the same places; both daemons, in lockstep."""
+import itertools
 import unittest
 
 import numpy
 
 import daemons
 import recorded_forces  # of scripts/gallery, by daemons
+
+LEAST_COSINES = {"field": 0.7, "spheres": 0.85, "penalty": 0.9}
 
 
 class RecordedForcesTest(daemons.SessionTest):
@@ -33,14 +36,15 @@ class RecordedForcesTest(daemons.SessionTest):
     def test_on_a_contour_our_force_goes_with_the_hands(self):
         if not recorded_forces.CONTOUR_MESH.exists():
             self.skipTest(f"skipped: {recorded_forces.CONTOUR_MESH} is absent")
-        # All eight: scripts/gallery/measure_recorded_forces.py.
-        for name in recorded_forces.DEMONSTRATIONS[:2]:
-            with self.subTest(name):
-                file = self.replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),
+        # All eight: scripts/gallery/measure_recorded_forces.py. The contact is on an edge. The nearest face's normal
+        # has a cosine of 0.7 to 0.82 with the recorded force, and what rounds the edge has more.
+        for name, (contact, least) in itertools.product(recorded_forces.DEMONSTRATIONS[:2], LEAST_COSINES.items()):
+            with self.subTest(name, contact=contact):
+                file = self.replay(recorded_forces.contour_scene(contact), recorded_forces.contour_device(name),
                                    recorded_forces.contour_duration_s(name))
                 share, cosine = recorded_forces.compare_contour(name, file)
                 self.assertGreater(share, 0.95)
-                self.assertGreater(cosine, 0.8)
+                self.assertGreater(cosine, least)
 
 
 if __name__ == "__main__":

@@ -122,18 +122,20 @@ class SceneFitTest(daemons.SessionTest):
         self.assertEqual((run.returncode, len(run.stderr.splitlines())), (COULD_NOT_RUN, 1), run.stderr)
         self.assertIn("body.wrong", run.stderr)
 
-    def test_fewer_spheres_push_as_hard_on_average(self):
+    def test_a_coarser_level_has_fewer_spheres_as_stiff_as_before(self):
         sheet = {"name": "s", "kind": "sheet", "size_m": [0.1, 0.1], "nodes": [11, 11],
                  "spheres": {"spacing_m": 0.01, "radius_m": 0.0065}}
-        box = {"name": "b", "kind": "rigid_box", "size_m": [0.06, 0.06, 0.03]}
+        exact = {"name": "e", "kind": "rigid_box", "size_m": [0.06, 0.06, 0.03]}
+        box = {**exact, "name": "b", "spheres": {}}
         mesh = {"name": "m", "kind": "mesh", "spheres": {"tolerance_m": 0.002}}
         told = []
-        groups = levels.groups_of({"body": [sheet, {**sheet, "name": "t", "position_m": [1, 0, 0]}, box, mesh,
+        groups = levels.groups_of({"body": [sheet, {**sheet, "name": "t", "position_m": [1, 0, 0]}, exact, box, mesh,
                                             {"name": "p", "kind": "plane"}, {"name": "n", "kind": "new"}]}, told.append)
         self.assertEqual([names for names, _ in groups], [["s", "t"], ["b"], ["m"]])
         label, changes = groups[0][1][2]
         self.assertEqual(label, "spheres 20 mm apart")
-        self.assertAlmostEqual(changes["stiffness_scale"], 4.0)
+        self.assertEqual(changes, {"spheres": {"spacing_m": 0.02, "radius_m": 0.0065}})
+        self.assertEqual(groups[1][1][1][0], "spheres 14.1 mm apart")  # a box's radius is a sixth of its longest side
         self.assertEqual(groups[2][1][1], ("spheres within 3 mm", {"spheres": {"tolerance_m": 0.003}}))
         self.assertEqual(told, ["n: left as it is: of the kind new no coarser spheres are known"])
 

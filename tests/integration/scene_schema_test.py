@@ -27,12 +27,13 @@ GEOMETRY = {
     "soft_block": {"nodes": [3, 2, 4], "size_m": [0.2, 0.1, 0.3], "spring_stiffness_N_per_m": SPRINGS,
                    "pinned": {"low_m": [-9, -9, -9], "high_m": [9, 9, -0.1]}},
     "rigid_box": {"size_m": [0.1, 0.2, 0.3], "spheres": {"spacing_m": 0.05}},
-    "mesh": {"file": "cube.obj", "scale": 0.04, "spheres": {"surface_spacing_m": 0.01}},
+    "mesh": {"file": "cube.obj", "scale": 0.04},
     "sphere": {"radius_m": 0.05, "position_m": [0.0, 0.0, 1.0]},
-    "plane": {"normal": [0.0, 0.0, 1.0]}}
+    "plane": {"normal": [0.0, 0.0, 1.0]},
+    "compound": {"shape": [{"kind": "box", "size_m": [0.1, 0.2, 0.3]}]}}
 MOTION_KEYS = {"mass_kg": 0.1, "velocity_m_s": [0.0, 0.1, 0.0], "angular_velocity_rad_s": [0.0, 0.1, 0.0],
                "direction": [0.0, 0.0, 1.0], "amplitude_m": 0.01, "frequency_hz": 2.0}
-SOFT = {"spring_stiffness_N_per_m": SPRINGS, "lattice_m": 0.02, "pinned": "none"}
+SOFT = {"spheres": {"surface_spacing_m": 0.01}, "spring_stiffness_N_per_m": SPRINGS, "lattice_m": 0.02, "pinned": "none"}
 
 
 def body(kind, **keys):
@@ -79,16 +80,15 @@ def table_variants():
                           for kind in ("sheet", "thread", "soft_block", "rigid_box")]
     yield of["meshSpheres"], [(scene(body("mesh", spheres={key: value})), inner + ("spheres",)) for key, value in
                               (("tolerance_m", 0.01), ("surface_spacing_m", 0.01), ("volume_spacing_m", 0.01),
-                               ("feel", "5%"), ("file", "s.csv"))]
+                               ("file", "s.csv"))]
     yield of["springs"], [(scene(body(kind, **(SOFT if kind == "mesh" else {}))), inner + ("spring_stiffness_N_per_m",))
                           for kind in ("sheet", "soft_block", "mesh")]
     yield of["threadSprings"], [(scene(body("thread")), inner + ("spring_stiffness_N_per_m",))]
     yield of["box"], [(scene(body("soft_block")), inner + ("pinned",))]
-    yield of["normalise"], [(scene(body("mesh", normalise={"tool_radius_m": 0.01, "press_depth_m": 0.002})),
-                             inner + ("normalise",))]
-    field = body("mesh", contact="field", field={"cell_m": 0.002}, motion="static")
-    del field["spheres"]
-    yield of["field"], [(scene(field), inner + ("field",))]
+    yield of["shape"], [(scene(body("compound", shape=[shape])), inner + ("shape", 0)) for shape in (
+        {"kind": "box", "size_m": [0.1, 0.2, 0.3]}, {"kind": "sphere", "radius_m": 0.1},
+        {"kind": "capsule", "radius_m": 0.1, "length_m": 0.3}, {"kind": "cylinder", "radius_m": 0.1, "length_m": 0.3})]
+    yield of["field"], [(scene(body("mesh", field={"cell_m": 0.002}, motion="static")), inner + ("field",))]
 
 
 def with_key(document, place, key, value):
@@ -157,7 +157,7 @@ class SceneSchemaTest(daemons.SessionTest):
         for kind, keys in owned.items():
             variants = [body(kind)]
             if kind == "mesh":
-                variants += [body(kind, **SOFT), body(kind, contact="auto", motion="static")]
+                variants += [body(kind, **SOFT), body(kind, motion="static")]
             if kind not in ("sheet", "thread", "soft_block", "plane"):
                 variants.append(body(kind, motion="prescribed", velocity_m_s=[0.1, 0.0, 0.0]))
             asked = set().union(*(self.asked_keys(scene(each), ("body", 0)) for each in variants))
@@ -178,6 +178,8 @@ class SceneSchemaTest(daemons.SessionTest):
             if "pinned" in details[kind]:
                 soft = {**(SOFT if kind == "mesh" else {}), "pinned": UNKNOWN}
                 cases.append((scene(body(kind, **soft)), details[kind]["pinned"]["anyOf"][0]["enum"]))
+        cases.append((scene(body("compound", shape=[{"kind": UNKNOWN}])),
+                      SCHEMA["definitions"]["shape"]["properties"]["kind"]["enum"]))
         for document, words in cases:
             refusal = self.refusal(document)
             listed = re.search(r": expected one of ([^(]*?)(?: \(.*\))?$", refusal)

@@ -98,7 +98,7 @@ class StiffnessFitTest(daemons.SessionTest):
                 R2 = {name: value["along_normal"] for name, value in answer["recordings"][1]["R2"].items()}
                 self.assertGreater(R2["field with map"], 0.9)
                 self.assertLess(R2["field, one stiffness"], 0.7)  # the truth has a hard place
-                self.assertAlmostEqual(R2["field with map"], R2["linear map"], delta=0.015)
+                self.assertGreater(R2["field with map"], R2["linear map"] - 0.015)
                 self.assertAlmostEqual(answer["offset_m"], truth.offset_m, delta=2e-4)
                 places = self.map_of(f"fit{seed}")
                 self.assertEqual(len(places), answer["places"])

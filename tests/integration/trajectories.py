@@ -9,7 +9,7 @@ FOLDER = daemons.DATA / "trajectories"
 CONTOUR_MESH = daemons.DATA / "meshes" / "ku_contour.stl"
 TISSUE = daemons.ROOT / "tests/laboratory/scenes/tissue.toml"
 
-# The printed contour that the demonstrations were recorded on, in place, of even spheres.
+# The printed contour that the demonstrations were recorded on, in place.
 CONTOUR_SCENE = """format = 2
 [simulation]
 rate_hz = 30.0
@@ -26,8 +26,6 @@ kind = "mesh"
 file = "{mesh}"
 scale = 0.001
 motion = "static"
-spheres = {{ file = "{spheres}" }}
-normalise = {{ tool_radius_m = 0.003, press_depth_m = 0.002 }}
 material = "print"
 """
 
@@ -63,17 +61,13 @@ TRAJECTORIES = [
 
 
 def make_scene(name, folder):
-    """The scene's file; the contour's spheres are made once a folder."""
+    """The scene's file."""
     if name == "wall":
         return daemons.SCENES / "wall.toml"
     if name == "tissue":
         return TISSUE
-    scene, spheres = folder / "contour.toml", folder / "contour.csv"
-    if not scene.exists():
-        subprocess.run([daemons.BUILD / "bin" / "sphere_decompose", CONTOUR_MESH, "--scale", "0.001",
-                        "--surface-spacing", "0.006", "--out", spheres], check=True,
-                       stdout=subprocess.DEVNULL)
-        scene.write_text(CONTOUR_SCENE.format(mesh=CONTOUR_MESH, spheres=spheres))
+    scene = folder / "contour.toml"
+    scene.write_text(CONTOUR_SCENE.format(mesh=CONTOUR_MESH))
     return scene
 
 

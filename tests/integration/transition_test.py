@@ -17,9 +17,17 @@ TOLERANCE = 1e-3  # relative
 
 
 class TransitionTest(daemons.SessionTest):
+    def with_penalty(self):
+        """The scene with the contact of the paper, whose transitions are tried."""
+        text = (daemons.SCENES / "moving_sphere.toml").read_text()
+        file = self.folder / "moving_sphere.toml"
+        file.write_text(text.replace("[tool]\n", '[tool]\ncontact = "penalty"\n').replace(
+            'file = "', f'file = "{daemons.SCENES}/'))
+        return file
+
     def record(self, transition=None, duration_s=0.6, sim=()):
         """None: the default."""
-        file = self.run_lockstep("moving_sphere", self.still_device(0, 0, 0), duration_s, sim=sim,
+        file = self.run_lockstep(self.with_penalty(), self.still_device(0, 0, 0), duration_s, sim=sim,
                                  haptic=("--transition", transition) if transition else ())
         return daemons.read_recording(file)
 

@@ -32,7 +32,7 @@ class TutorialTest(unittest.TestCase):
         return daemons.read_recording(self.mine / recording)["fz_N"]
 
     def test_a_first_scene_is_felt_drawn_and_its_slip_told(self):
-        printed = self.do("first_scene", "first.csv", "hand.csv", "organ.csv", "organ.json", "organ_felt.csv")
+        printed = self.do("first_scene", "first.csv", "hand.csv", "organ_felt.csv")
         self.assertRegex(printed, r"wrong\.toml:\d+:\d+: .*radius")
         for felt in ("first.csv", "ball.csv", "hand.csv", "organ_felt.csv"):
             self.assertGreater(self.force_N(felt).max(), 0.2, felt)

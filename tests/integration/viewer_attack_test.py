@@ -1,12 +1,15 @@
 #!/usr/bin/python3
 """scene_viewer attacked over loopback, by those who know the page's address and those who do not."""
 import contextlib
+import json
 import os
 import re
 import signal
 import socket
 import threading
 import time
+
+import numpy
 
 import viewer_test
 from daemons import DONE, PATIENCE, main
@@ -65,6 +68,67 @@ class Strangers(viewer_test.ViewerTest):
                 self.assertNotIn(key.encode(), body)
         page.root = f"/{key}"
         self.assertEqual(page.ask("/")[0], 200)
+
+
+class Mice(viewer_test.ViewerTest):
+    """Who would move the tool by the mouse of a page, and may not."""
+
+    def held_page(self):
+        """A session whose tool a page holds."""
+        page = self.live_viewer()
+        self.sim_server("wall")
+        self.haptic_server("mouse")
+        self.wait_for_frame(page, lambda frame, _: frame["tool"], "a tool")
+        self.assertEqual(page.move_mouse("owner"), (200, ""))
+        return page
+
+    def assert_at(self, page, position_m):
+        """The tool comes there, or has stayed there."""
+        def is_there():
+            self.assertEqual(page.move_mouse("owner", position_m=position_m)[0], 200)
+            tool = page.frame()[0]["tool"]
+            return numpy.abs(numpy.subtract(tool["position_m"], position_m)).max() < 1e-3
+        self.wait_until(is_there, 20.0 * PATIENCE, f"the tool at {position_m}")
+
+    def test_none_but_the_page_that_holds_the_hand_moves_it(self):
+        page = self.held_page()
+        self.assert_at(page, [0.05, 0, 0.03])
+        key, far = page.root, {"position_m": [-0.2, 0, 0.03]}
+        status, line = page.move_mouse("thief", **far)
+        self.assertEqual((status, line), (409, "another page holds the hand: let it go there, or close it\n"))
+        self.assertEqual(page.move_mouse("thief", release=True)[0], 200)
+        other = self.live_viewer()
+        self.assertEqual(other.move_mouse("thief", **far)[0], 409)
+        page.root = f"/{'0' * 32}"
+        self.assertEqual(page.move_mouse("owner", **far)[0], 403)
+        page.root = key
+        message = json.dumps({"holder": "owner", "orientation_xyzw": [0, 0, 0, 1], "buttons": 0} | far)
+        for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Origin": "null"}):
+            self.assertEqual(page.ask("/api/mouse", "POST", headers, message)[0], 403, headers)
+        for method in ("GET", "PUT", "DELETE", "OPTIONS"):
+            self.assertEqual(page.ask("/api/mouse", method, body=message)[0], 405, method)
+        self.assertEqual(page.ask("/api/mouse?session=another", "POST", body=message)[0], 404)
+        self.assert_at(page, [0.05, 0, 0.03])
+
+    def test_what_is_no_pose_moves_nothing(self):
+        page = self.held_page()
+        good = '{"holder":"owner","position_m":[0,0,0.03],"orientation_xyzw":[0,0,0,1],"buttons":0}'
+        for old, new in (("0.03", "NaN"), ("0.03", "Infinity"), ("0.03", "1e999"), ("0.03", "10.5"), ("0.03", "null"),
+                         ("0.03", "[]"), ("0.03", '"0.03"'), ("[0,0,0.03]", "[0,0]"), ("0,1]", "0,0]"),
+                         ('"owner"', '"' + "a" * 33 + '"'), ('"owner"', "null"), (":0}", ":-1}"), (":0}", ":1e3}"),
+                         (good, ""), (good, "[" * 900), (good, "\0" * 900), ("}", "")):
+            self.assertEqual(page.ask("/api/mouse", "POST", body=good.replace(old, new))[0], 400, (old, new))
+        for size in (1025, 100_000):
+            with contextlib.suppress(ConnectionError):  # cut off while it sends
+                self.assertEqual(page.ask("/api/mouse", "POST", body=good + " " * size)[0], 413)
+        self.assert_at(page, [0, 0, 0.03])
+
+    def test_a_page_that_ends_frees_the_hand_and_takes_the_force_away(self):
+        page = self.held_page()
+        self.wait_for_frame(page, lambda frame, _: "not_enabled" in frame["tool"]["flags"], "that nobody holds it")
+        self.wait_until(lambda: page.move_mouse("next")[0] == 200, 20.0 * PATIENCE, "the next page")
+        self.assertEqual(page.move_mouse("next", release=True)[0], 200)
+        self.assertEqual(page.move_mouse("owner")[0], 200)
 
 
 class Attackers(viewer_test.ViewerTest):

@@ -36,15 +36,15 @@ class Page:
     def close(self):
         self._connection.close()
 
-    def ask(self, path, method="GET", headers=()):
+    def ask(self, path, method="GET", headers=(), body=None):
         """Status, headers and body. path: from the key on, as /api/status."""
         path = self.root + path
         try:
-            self._connection.request(method, path, headers=dict(headers))
+            self._connection.request(method, path, body, dict(headers))
             response = self._connection.getresponse()
         except (http.client.HTTPException, ConnectionError):  # one that rested was closed
             self._connection.close()
-            self._connection.request(method, path, headers=dict(headers))
+            self._connection.request(method, path, body, dict(headers))
             response = self._connection.getresponse()
         return response.status, response.headers, response.read()
 
@@ -65,6 +65,12 @@ class Page:
 
     def frame(self, number="latest"):
         return decode(self.frame_bytes(number))
+
+    def move_mouse(self, holder, **members):
+        """Status and line of an answer to the mouse of a page."""
+        message = {"holder": holder, "position_m": [0, 0, 0.03], "orientation_xyzw": [0, 0, 0, 1], "buttons": 0}
+        status, _, body = self.ask("/api/mouse", "POST", body=json.dumps(message | members))
+        return status, body.decode()
 
     def ticks(self, first=0, most=65536):
         return decode(self._get(f"/api/ticks?from={first}&most={most}"))[1]

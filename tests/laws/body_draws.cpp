@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 namespace stillgrid::laws {
 namespace {
@@ -102,8 +103,10 @@ double draw_box(SceneSection& body, Random& random, const BodyWishes& wishes, do
   body.vector("size_m", size_m);
   body.vector("position_m", place_m);
   if (random.chance(0.3)) body.set("orientation_xyzw", draw_orientation(random));
-  const double radius_m = size_m.minCoeff() * random.between(0.2, 0.45);
-  body.set("spheres", braces({{"spacing_m", 1.9 * radius_m}, {"radius_m", radius_m}}));
+  if (is_soft || random.chance(0.5)) {
+    const double radius_m = size_m.minCoeff() * random.between(0.2, 0.45);
+    body.set("spheres", braces({{"spacing_m", 1.9 * radius_m}, {"radius_m", radius_m}}));
+  }
   if (is_soft) {
     body.set("nodes", "[3, 3, 2]");
     body.number("mass_kg", mass_kg);
@@ -113,6 +116,31 @@ double draw_box(SceneSection& body, Random& random, const BodyWishes& wishes, do
     draw_motion(body, random, wishes, mass_kg, true);
   }
   return 0.5 * size_m.z();
+}
+
+/// Two or three shapes side by side.
+double draw_compound(SceneSection& body, Random& random, const BodyWishes& wishes, double mass_kg,
+                     const Eigen::Vector3d& place_m) {
+  const double width_m = random.between(0.015, 0.025), high_m = random.between(0.015, 0.03);
+  std::string shapes;
+  for (int i = 0, count = random.chance(0.5) ? 2 : 3; i < count; ++i) {
+    const std::string kind(random.one_of({"box", "sphere", "capsule", "cylinder"}));
+    const double radius_m = 0.5 * std::min(width_m, high_m) * random.between(0.7, 1.0);
+    shapes += (i == 0 ? "{ kind = \"" : ", { kind = \"") + kind + "\", position_m = [" +
+              short_number((i - 0.5 * (count - 1)) * width_m) + ", 0.0, 0.0], ";
+    if (kind == "box")
+      shapes += "size_m = [" + short_number(width_m) + ", " + short_number(width_m) + ", " +
+                short_number(high_m) + "] }";
+    else
+      shapes += "radius_m = " + short_number(radius_m) +
+                (kind == "sphere" ? " }" : ", length_m = " + short_number(2.5 * radius_m) + " }");
+  }
+  body.text("kind", "compound");
+  body.set("shape", "[" + shapes + "]");
+  body.vector("position_m", place_m);
+  if (random.chance(0.3)) body.set("orientation_xyzw", draw_orientation(random));
+  draw_motion(body, random, wishes, mass_kg, true);
+  return 0.65 * std::max(width_m, high_m);
 }
 
 double draw_ball(SceneSection& body, Random& random, const BodyWishes& wishes, double mass_kg,
@@ -130,12 +158,9 @@ double draw_organ(SceneSection& body, Random& random, const BodyWishes& wishes, 
   body.text("kind", "mesh");
   body.text("file", "organ.obj");
   body.number("scale", random.between(0.28, 0.33));
-  if (random.chance(0.5)) {
-    body.text("contact", "field");
-    body.set("field", braces({{"cell_m", random.between(0.0007, 0.0012)}}));
-  } else {
-    body.set("spheres", "{ volume_spacing_m = 0.011 }");
-  }
+  const std::string_view contact = random.one_of({"field", "cells", "spheres"});
+  if (contact == "cells") body.set("field", braces({{"cell_m", random.between(0.0007, 0.0012)}}));
+  if (contact == "spheres") body.set("spheres", "{ volume_spacing_m = 0.011 }");
   body.vector("position_m", place_m);
   draw_motion(body, random, wishes, mass_kg, false);
   return 0.02;
@@ -180,6 +205,7 @@ double draw_body(SceneText& scene, Random& random, const BodyWishes& wishes,
   if (wishes.soft && kind < 0.45) return draw_box(body, random, wishes, mass_kg, place_m, true);
   if (wishes.meshes && kind < 0.51) return draw_organ(body, random, wishes, mass_kg, place_m);
   if (wishes.rolls && kind < 0.75) return draw_ball(body, random, wishes, mass_kg, place_m);
+  if (random.chance(0.3)) return draw_compound(body, random, wishes, mass_kg, place_m);
   return draw_box(body, random, wishes, mass_kg, place_m, false);
 }
 

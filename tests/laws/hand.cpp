@@ -72,6 +72,7 @@ std::string text_of(const Hand& hand) {
   add("depth_m", hand.depth_m);
   add("amplitude_m", hand.amplitude_m);
   add("period_s", hand.period_s);
+  if (hand.noise_m > 0.0) add("noise_m", hand.noise_m);
   return text;
 }
 
@@ -95,6 +96,7 @@ Hand hand_of(const std::string& text) {
                           : key == "depth_m"     ? &hand.depth_m
                           : key == "amplitude_m" ? &hand.amplitude_m
                           : key == "period_s"    ? &hand.period_s
+                          : key == "noise_m"     ? &hand.noise_m
                                                  : nullptr;
     char* end = nullptr;
     const std::string number = equals == std::string::npos ? "" : word.substr(equals + 1);

@@ -22,6 +22,7 @@ struct Hand {
   double depth_m = 0.02;                               // below the centre
   double amplitude_m = 0.01;                           // to the sides
   double period_s = 1.0;
+  double noise_m = 0.0;  // amplitude of the encoders' noise in the closed loop
 };
 
 struct HandMotion {

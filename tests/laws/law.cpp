@@ -6,7 +6,7 @@ namespace stillgrid::laws {
 namespace {
 
 // Seeds of the common tests: some 15 s in all. Cases an hour: of one processor of 2 to 3 GHz.
-constexpr std::array<Law, 17> kLaws = {{
+constexpr std::array<Law, 18> kLaws = {{
     {1, "finite",
      "No state, force or torque is infinite or no number; |force| is within what the deepest "
      "possible overlap allows",
@@ -50,6 +50,8 @@ constexpr std::array<Law, 17> kLaws = {{
     {17, "one simulation",
      "With `local` the force is equal to the bit, however slow, late and uneven the simulation is",
      one_simulation, 20, 10'000},
+    {18, "solid", "A tool feels surfaces, not covers: it stays outside, sticks, and gains nothing",
+     feels_solid, 18, 4'000},
 }};
 
 }  // namespace

@@ -29,7 +29,7 @@ struct Law {
 };
 
 [[nodiscard]] std::span<const Law> all_laws();
-/// Pre: 1 to 17.
+/// Pre: 1 to 18.
 [[nodiscard]] const Law& law_of(int number);
 
 // A law each: docs/laws.md has their exact statements.
@@ -50,5 +50,6 @@ struct Law {
 [[nodiscard]] Finding every_vector_alike(const LawCase& law_case);
 [[nodiscard]] Finding nothing_gains_energy(const LawCase& law_case);
 [[nodiscard]] Finding one_simulation(const LawCase& law_case);
+[[nodiscard]] Finding feels_solid(const LawCase& law_case);
 
 }  // namespace stillgrid::laws

@@ -12,6 +12,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/laboratory/path_file.hpp"
+#include "tests/laws/random.hpp"
 
 namespace stillgrid::laws {
 namespace {
@@ -69,8 +70,13 @@ std::shared_ptr<laboratory::PathFile> path_of(const LawCase& law_case,
                                               const scene::SceneDescription& scene, double tick_s) {
   std::vector<laboratory::PathPoint> points;
   const auto ticks = static_cast<int>(law_case.duration_s / tick_s) + 2;
-  for (int tick = 0; tick < ticks; ++tick)
-    points.push_back({tick * tick_s, motion_at(*law_case.hand, tick * tick_s).position_m});
+  Random random(law_case.seed);
+  const double noise_m = law_case.hand->noise_m;
+  const auto step_m = [&] { return noise_m > 0.0 ? random.between(-noise_m, noise_m) : 0.0; };
+  for (int tick = 0; tick < ticks; ++tick) {
+    const Eigen::Vector3d at_m = motion_at(*law_case.hand, tick * tick_s).position_m;
+    points.push_back({tick * tick_s, at_m + Eigen::Vector3d(step_m(), step_m(), step_m())});
+  }
   return std::make_shared<laboratory::PathFile>(scene.device, points);
 }
 
@@ -102,9 +108,9 @@ LawCase parse_case(const std::string& text) {
   for (std::string line; std::getline(lines, line);)
     if (line.starts_with("# ")) read_head(line, law_case);
   law_case.scene = parse_scene_text(text);
-  if (law_case.law < 1 || law_case.law > 17)
+  if (law_case.law < 1 || law_case.law > 18)
     throw std::runtime_error("# law: " + std::to_string(law_case.law) +
-                             ": expected a line '# law: N', N from 1 to 17");
+                             ": expected a line '# law: N', N from 1 to 18");
   return law_case;
 }
 

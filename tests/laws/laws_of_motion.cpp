@@ -48,6 +48,13 @@ scene::SceneDescription seen_from(const Frame& frame, scene::SceneDescription sc
     body.angular_velocity_rad_s = frame.axial(body.angular_velocity_rad_s);
     if (auto* plane = std::get_if<bodies::PlaneBody>(&body.shape))
       plane->normal = frame.direction(plane->normal);
+    auto* const compound = std::get_if<bodies::CompoundBody>(&body.shape);
+    if (compound != nullptr && frame.mirrored)
+      for (bodies::SolidShape& shape : compound->shapes) {
+        const Frame own{.mirrored = true};
+        shape.position_m = own.point(shape.position_m);
+        shape.orientation = own.orientation(shape.orientation);
+      }
     if (auto* thread = std::get_if<bodies::ThreadBody>(&body.shape)) {
       thread->from_m = frame.point(thread->from_m);
       thread->to_m = frame.point(thread->to_m);

@@ -160,7 +160,7 @@ int run(const Arguments& arguments) {
 int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "laws");
   Arguments arguments;
-  app.add_option("--law", arguments.laws, "1 to 17, one or more")->check(CLI::Range(1, 17));
+  app.add_option("--law", arguments.laws, "1 to 18, one or more")->check(CLI::Range(1, 18));
   arguments.seeds = "1:101";
   app.add_option("--seeds", arguments.seeds, "FIRST:END or one; default 1:101");
   app.add_option("--case", arguments.file, "A file of the corpus, or one that --shrink printed");

@@ -5,6 +5,7 @@
 
 #include "tests/laws/body_draws.hpp"
 #include "tests/laws/drop_draws.hpp"
+#include "tests/laws/solid_draws.hpp"
 
 namespace stillgrid::laws {
 namespace {
@@ -236,6 +237,9 @@ bool draw_special(LawCase& law_case, Random& random) {
         draw_drop(law_case, random);
       else
         draw_tumble(law_case, random);
+      return true;
+    case 18:
+      draw_solid(law_case, random);
       return true;
     default:
       return false;

@@ -23,7 +23,7 @@ constexpr const char* kDescription =
 struct Arguments {
   std::string session, interface;
   double seconds = 1.0;
-  std::uint64_t seed = 1, protocol = 3, role = 1;
+  std::uint64_t seed = 1, protocol = 99, role = 1;
   bool steals = false;
 };
 
@@ -65,15 +65,15 @@ std::uint64_t send_samples(const scene_relay::Participant& participant,
   const auto topic = [&](const char* name) {
     return scene_relay::topic_of(arguments.session, name);
   };
-  Overheard<scene_relay::Status> hand(participant, stillgrid_relay2_Status_desc, topic("hand"),
+  Overheard<scene_relay::Status> hand(participant, stillgrid_relay3_Status_desc, topic("hand"),
                                       Delivery::kBestEffort);
-  Overheard<scene_relay::Status> simulation(participant, stillgrid_relay2_Status_desc,
+  Overheard<scene_relay::Status> simulation(participant, stillgrid_relay3_Status_desc,
                                             topic("simulation"), Delivery::kBestEffort);
-  Overheard<scene_relay::ToolMessage> tool(participant, stillgrid_relay2_Tool_desc, topic("tool"),
+  Overheard<scene_relay::ToolMessage> tool(participant, stillgrid_relay3_Tool_desc, topic("tool"),
                                            Delivery::kBestEffort);
-  Overheard<scene_relay::SceneMessage> scene(participant, stillgrid_relay2_Scene_desc,
+  Overheard<scene_relay::SceneMessage> scene(participant, stillgrid_relay3_Scene_desc,
                                              topic("scene"), Delivery::kLasting);
-  Overheard<scene_relay::SnapshotMessage> snapshot(participant, stillgrid_relay2_Snapshot_desc,
+  Overheard<scene_relay::SnapshotMessage> snapshot(participant, stillgrid_relay3_Snapshot_desc,
                                                    topic("snapshot"), Delivery::kNewest);
   HostileSamples samples(arguments.seed);
   const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(arguments.seconds);
@@ -126,7 +126,7 @@ int program_main(int argc, char** argv) {
         ->check(command_line::number_in(0.1, 1e4));
     command->add_option("--seed", arguments.seed, "Of all that is drawn, and its relay_id");
   }
-  greeting->add_option("--protocol", arguments.protocol, "That it speaks; default 3");
+  greeting->add_option("--protocol", arguments.protocol, "That it speaks; default 99");
   greeting->add_option("--role", arguments.role, "1: beside the simulation, 2: beside the hand");
   samples->add_flag("--steal", arguments.steals, "In the names of the relays that it hears");
   return command_line::run_program(app, argc, argv, [&] {

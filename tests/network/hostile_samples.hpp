@@ -39,11 +39,11 @@ class HostileSamples {
   scene_relay::ToolMessage tool_message_{};
   scene_relay::SceneMessage scene_{};
   scene_relay::SnapshotMessage snapshot_{};
-  std::vector<stillgrid_relay2_Material> materials_;
-  std::vector<stillgrid_relay2_Plane> planes_;
-  std::vector<stillgrid_relay2_ToolSphere> tool_;
-  std::vector<stillgrid_relay2_StaticSphere> spheres_;
-  std::vector<stillgrid_relay2_FieldBody> bodies_;
+  std::vector<stillgrid_relay3_Material> materials_;
+  std::vector<stillgrid_relay3_Plane> planes_;
+  std::vector<stillgrid_relay3_ToolSphere> tool_;
+  std::vector<stillgrid_relay3_StaticSphere> spheres_;
+  std::vector<stillgrid_relay3_FieldBody> bodies_;
   std::vector<std::uint32_t> moved_, relabelled_;
   std::vector<scene_relay::Motion> motions_;
   std::vector<scene_relay::Label> labels_;

@@ -82,7 +82,7 @@ class HostileTest(RelayedTest):
             self.assertGreater(self.hostile_relay(side, "greeting", 2.0, "--role", role), 5)
             told = [line for line in hears.lines() if "protocol" in line]
             self.assertEqual(len(told), 1, hears.lines())
-            self.assertRegex(told[0], r"of Stillgrid 99\.0\?\[2J and speaks protocol 3, this one \d+: run the same release")
+            self.assertRegex(told[0], r"of Stillgrid 99\.0\?\[2J and speaks protocol 99, this one \d+: run the same release")
         recording = self.assert_unharmed()
         self.assert_safe(recording)
         self.assertEqual((recording.force_norm_N()[2000:-300] == 0.0).sum(), 0, "nobody was disturbed")
@@ -95,7 +95,7 @@ class HostileTest(RelayedTest):
         alone = self.relay("hand")
         self.hostile_relay("a", "greeting", 2.0)
         self.assertEqual(len(alone.lines()), 1, alone.lines())
-        self.assertIn("speaks protocol 3", alone.lines()[0])
+        self.assertIn("speaks protocol 99", alone.lines()[0])
         self.assertIsNone(self.scene_watch.first_published(begun_s))  # what the killed one left stays as it is
         self.assertEqual(alone.stop(), daemons.DONE)
 

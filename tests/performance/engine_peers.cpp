@@ -1,7 +1,9 @@
 #include "tests/performance/engine_peers.hpp"
 
 #include "sim_server/bodies/kinds/rigid_box.hpp"
+#include "sim_server/bodies/solid_shape.hpp"
 #include "sim_server/dynamics/workers/workers.hpp"
+#include "tests/shared/dynamics/field_scenes.hpp"
 
 namespace stillgrid::performance {
 namespace {
@@ -36,13 +38,16 @@ PeerScene falling_boxes(int count) {
   fall_into_bin(ours, count, 0.03, [&](const Eigen::Vector3d& at, const auto& between) {
     const Eigen::Vector3d size_m(between(0.016, 0.024), between(0.016, 0.024),
                                  between(0.016, 0.024));
-    const bodies::RigidBoxBody box{size_m};
+    const bodies::SolidShape box{.kind = bodies::SolidShape::Kind::kBox, .half_m = 0.5 * size_m};
     const double mass_kg = 1000.0 * size_m.prod();
-    const int rigid = ours.add_rigid(mass_kg, rigid_shape(box, mass_kg).inertia_kg_m2, at);
+    const Eigen::Vector3d inertia_kg_m2 =
+        mass_kg * bodies::mass_properties({&box, 1}).inverse_inertia_per_kg_m2.diagonal();
+    const int rigid = ours.add_rigid(mass_kg, inertia_kg_m2, at);
     ours.state.orientation.back() = dynamics::Vector4(Eigen::Quaterniond(
         Eigen::AngleAxisd(between(-0.2, 0.2), Eigen::Vector3d(1.0, 1.0, 1.0).normalized())));
-    for (const spheres::Ball& ball : bodies::balls_of_box(size_m, box.spheres))
-      ours.add_sphere(rigid, ball.radius_m, ball.centre_m);
+    dynamics::add_field(ours, rigid, bodies::field_of(box));
+    for (const spheres::Ball& ball : bodies::contact_balls(box))
+      dynamics::add_surface_point(ours, rigid, ball.radius_m, ball.centre_m);
     scene.box_m.push_back(size_m);
   });
   return scene;

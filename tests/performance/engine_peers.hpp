@@ -17,7 +17,7 @@ struct PeerScene {
   std::vector<Eigen::Vector3d> box_m;  // edges of each rigid body; empty: bodies are balls or links
 };
 /// Returns boxes of 16 to 24 mm that fall into a bin, as dynamics::falling_pile() does with balls.
-/// In our engine the default cover of the body kind "rigid_box" fills them.
+/// In our engine they are exact shapes, as the body kind "rigid_box" is by default.
 [[nodiscard]] PeerScene falling_boxes(int count);
 /// Returns links of 30 mm and 10 g that hang from the world on ball joints, one below the other.
 /// Gravity is turned by 45 degrees, so that they swing.

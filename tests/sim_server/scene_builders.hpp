@@ -99,6 +99,25 @@ template <class Shape>
   return body_of(bodies::RigidBoxBody{size_m, spheres}, mass_kg, position_m);
 }
 
+/// A body of exact shapes, posed in its frame.
+[[nodiscard]] inline bodies::BodyDescription compound(const Eigen::Vector3d& position_m,
+                                                      std::vector<bodies::SolidShape> shapes,
+                                                      double mass_kg) {
+  bodies::BodyDescription body = body_of(bodies::PlaneBody{}, mass_kg, position_m);
+  body.shape = bodies::compound_of(std::move(shapes), body);
+  return body;
+}
+[[nodiscard]] inline bodies::SolidShape solid(bodies::SolidShape::Kind kind,
+                                              const Eigen::Vector3d& size_m,
+                                              const Eigen::Vector3d& position_m = {0, 0, 0}) {
+  return {.kind = kind, .half_m = 0.5 * size_m, .position_m = position_m};
+}
+[[nodiscard]] inline bodies::BodyDescription exact_box(const Eigen::Vector3d& position_m,
+                                                       const Eigen::Vector3d& size_m,
+                                                       double mass_kg) {
+  return compound(position_m, {solid(bodies::SolidShape::Kind::kBox, size_m)}, mass_kg);
+}
+
 /// Structural and shear springs.
 [[nodiscard]] inline bodies::ShearSprings solid_springs(double stiffness_N_per_m) {
   bodies::ShearSprings springs;
@@ -133,7 +152,8 @@ template <class Shape>
 [[nodiscard]] inline bodies::BodyDescription rigid_mesh(
     std::vector<spheres::Ball> balls, const Eigen::Vector3d& inverse_inertia_per_kg_m2,
     double mass_kg) {
-  return body_of(bodies::RigidMeshBody{std::move(balls), {}, inverse_inertia_per_kg_m2}, mass_kg);
+  return body_of(bodies::RigidMeshBody{std::move(balls), {}, {}, inverse_inertia_per_kg_m2},
+                 mass_kg);
 }
 
 /// Solid below a height.

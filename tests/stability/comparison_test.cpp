@@ -44,8 +44,9 @@ TEST_CASE(
     "lags",
     "[comparison]") {
   const devices::RecordingFile path(ride());
-  const scene::SceneDescription scene =
+  scene::SceneDescription scene =
       scene::load_scene(STILLGRID_SOURCE_DIR "/sim_server/scene/scenes/moving_sphere.toml");
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;  // the paper's sum
   LabOptions options;
   options.device = "replay:file=" + path.path();
   options.latency_s = 0.1 * scene.period_s;

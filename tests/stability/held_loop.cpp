@@ -106,8 +106,7 @@ proto::SceneHeader spring(double stiffness_N_per_m, double damping_N_s_per_m) {
 double force_N(const proto::SceneHeader& scene, double z_m, double velocity_m_s) {
   static const rendering::TouchedSpheres kNoSpheres{};
   const rendering::PlacedToolSphere tool{.position_m = {0.0, 0.0, z_m},
-                                         .radius_m = static_cast<double>(scene.tool[0].radius_m),
-                                         .before_m = {0.0, 0.0, z_m}};
+                                         .radius_m = static_cast<double>(scene.tool[0].radius_m)};
   const rendering::ToolPose pose{.position_m = {0.0, 0.0, z_m},
                                  .velocity_m_s = {0.0, 0.0, velocity_m_s}};
   return rendering::tool_force(scene, kNoSpheres, {&tool, 1}, pose).force_N.z();

@@ -127,6 +127,7 @@ TEST_CASE("Over a body that comes on evenly hold and linear make what their lag 
     scene::SceneDescription scene =
         sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
     scene.tool = {{Eigen::Vector3d::Zero(), kContactDistance_m - 0.01}};
+    scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;  // the paper's sum
     scene.period_s = kPeriod_s;
     const LabOptions options{
         .device = {}, .transition = transition, .steps_by_samples = true, .duration_s = 2.9};

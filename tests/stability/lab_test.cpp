@@ -147,6 +147,8 @@ scene::SceneDescription advancing_sphere() {
 format = 2
 [world]
 gravity_m_s2 = [0.0, 0.0, 0.0]
+[tool]
+contact = "penalty"
 [simulation]
 period_s = 0.1
 [[material]]

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { decode } from '../../shared/tools/scene_viewer/page/api.js';
-import { device_figures } from '../../shared/tools/scene_viewer/page/device.js';
+import { device_figures, is_by_mouse } from '../../shared/tools/scene_viewer/page/device.js';
 import { format_link, frame_at, parse_link } from '../../shared/tools/scene_viewer/page/link.js';
 import { Playback } from '../../shared/tools/scene_viewer/page/playback.js';
 import { binned_percentiles, flag_spans } from '../../shared/tools/scene_viewer/page/plots.js';
@@ -29,6 +29,17 @@ test('a message gives its arrays, doubles on odd places too', () => {
   assert.deepEqual([...arrays.a], [1, 2, 3]);
   assert.deepEqual([...arrays.b], [0.1, -5]);
   assert.deepEqual([...arrays.c], [9]);
+});
+
+test('the mouse is the hand where the command says so', () => {
+  for (const device of ['mouse', 'mouse:pull_N=3', 'mouse@0', '/opt/devices/mouse.so', "'mouse:session=a b'"]) {
+    assert.ok(is_by_mouse(`bin/haptic_server --session demo --device ${device} --duration 3`), device);
+    assert.ok(is_by_mouse(`haptic_server --device=${device}`), device);
+  }
+  for (const device of ['spacemouse', 'mouse2', 'phantom:path=mouse.csv', 'mouse.so.bak', 'mouse/phantom.so']) {
+    assert.ok(!is_by_mouse(`haptic_server --device ${device} --session mouse`), device);
+  }
+  assert.ok(!is_by_mouse(''));
 });
 
 function paused_at(number) {

@@ -109,6 +109,6 @@ export class Session {
   }
 }
 
-/// A light hand that presses into tissue_and_blocks again and again.
-export const kHand =
-  'phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=2,gripper_m=0.04,grip_N=1';
+/// A light hand that presses into tissue_and_blocks again and again, beside the middle, where the tissue pushes aside too.
+export const kHand = 'phantom:profile=premium15,hand=light,path=press,centre_y_m=0.02,centre_z_m=0,depth_m=0.06,' +
+  'period_s=2,gripper_m=0.04,grip_N=1';

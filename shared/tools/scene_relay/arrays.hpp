@@ -27,15 +27,15 @@ template <class Numbers>
 }
 
 /// A field's state as a message tells it, and back.
-[[nodiscard]] inline stillgrid_relay2_FieldState told(const proto::FieldState& state) {
-  stillgrid_relay2_FieldState message{};
+[[nodiscard]] inline stillgrid_relay3_FieldState told(const proto::FieldState& state) {
+  stillgrid_relay3_FieldState message{};
   copy(state.position_m, message.position_m);
   copy(state.orientation_xyzw, message.orientation_xyzw);
   copy(state.velocity_m_s, message.velocity_m_s);
   copy(state.angular_velocity_rad_s, message.angular_velocity_rad_s);
   return message;
 }
-[[nodiscard]] inline proto::FieldState state_of(const stillgrid_relay2_FieldState& message) {
+[[nodiscard]] inline proto::FieldState state_of(const stillgrid_relay3_FieldState& message) {
   return {std::to_array(message.position_m), std::to_array(message.orientation_xyzw),
           std::to_array(message.velocity_m_s), std::to_array(message.angular_velocity_rad_s), 0.0F};
 }

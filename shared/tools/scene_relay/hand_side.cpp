@@ -25,11 +25,11 @@ class HandSide {
         lock_(std::in_place, options.session, proto::SegmentKind::kScene),
         link_(options, Role::kHand, report),
         tool_(link_.relay_id()),
-        tools_(link_.participant().writer(stillgrid_relay2_Tool_desc, link_.topic("tool"),
+        tools_(link_.participant().writer(stillgrid_relay3_Tool_desc, link_.topic("tool"),
                                           Delivery::kBestEffort)),
-        scenes_(link_.participant().reader(stillgrid_relay2_Scene_desc, link_.topic("scene"),
+        scenes_(link_.participant().reader(stillgrid_relay3_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting, false)),
-        snapshots_(link_.participant().reader(stillgrid_relay2_Snapshot_desc,
+        snapshots_(link_.participant().reader(stillgrid_relay3_Snapshot_desc,
                                               link_.topic("snapshot"), Delivery::kNewest)) {
     if (options.deadband) deadband_.emplace(DeadbandLimits{.velocity_share = *options.deadband});
   }

@@ -53,10 +53,10 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
                                          Delivery::kBestEffort)),
       greetings_in_(participant_.reader(stillgrid_Greeting_desc, greeting_topic(session_),
                                         Delivery::kBestEffort, false)),
-      status_out_(participant_.writer(stillgrid_relay2_Status_desc,
+      status_out_(participant_.writer(stillgrid_relay3_Status_desc,
                                       topic(role == Role::kHand ? "hand" : "simulation"),
                                       Delivery::kBestEffort)),
-      status_in_(participant_.reader(stillgrid_relay2_Status_desc,
+      status_in_(participant_.reader(stillgrid_relay3_Status_desc,
                                      topic(role == Role::kHand ? "simulation" : "hand"),
                                      Delivery::kBestEffort)) {
   report_.role = role;

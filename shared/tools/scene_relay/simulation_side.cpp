@@ -36,11 +36,11 @@ class SimulationSide {
         encoder_(link_.relay_id(), options.has_deltas),
         follower_(options.session, proto::SegmentKind::kScene),
         tool_(options.session, options.readers),
-        scenes_(link_.participant().writer(stillgrid_relay2_Scene_desc, link_.topic("scene"),
+        scenes_(link_.participant().writer(stillgrid_relay3_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting)),
-        snapshots_(link_.participant().writer(stillgrid_relay2_Snapshot_desc,
+        snapshots_(link_.participant().writer(stillgrid_relay3_Snapshot_desc,
                                               link_.topic("snapshot"), Delivery::kNewest)),
-        tools_(link_.participant().reader(stillgrid_relay2_Tool_desc, link_.topic("tool"),
+        tools_(link_.participant().reader(stillgrid_relay3_Tool_desc, link_.topic("tool"),
                                           Delivery::kBestEffort)) {}
 
   void run(const std::atomic<bool>& stop) {

@@ -33,7 +33,7 @@ std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t fr
   return numbers;
 }
 
-std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay2_DistanceField& told,
+std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay3_DistanceField& told,
                                                          std::uint32_t number) {
   const std::string name = "field " + std::to_string(number) + ": ";
   proto::FieldShape shape{.lowest_m = std::to_array(told.lowest_m),
@@ -43,7 +43,7 @@ std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay2_
                           .centre_m = std::to_array(told.centre_m),
                           .bounding_radius_m = told.bounding_radius_m,
                           .has_stiffness = told.stiffness._length != 0 ? 1U : 0U,
-                          .reserved = 0};
+                          .kind = told.kind};
   require(told.fine._length % proto::kBrickCoefficients == 0, name + "half a fine brick");
   shape.fine_count = told.fine._length / proto::kBrickCoefficients;
   require(collision::is_consistent(shape), name + "a shape that none has");
@@ -197,20 +197,22 @@ ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id,
 }
 
 void ToldScene::tell_fields(const publication::SceneView& view) {
-  std::vector<std::uint64_t> offsets;
+  std::vector<const proto::FieldBody*> told_already;
   for (std::size_t i = 0; i < view.fields().size(); ++i) {
     const publication::SceneField& field = view.fields()[i];
     const proto::FieldState& rest = view.scene().fields[i].rest;  // to the bit as it was written
-    const auto known = std::find(offsets.begin(), offsets.end(), field.body.offset);
-    stillgrid_relay2_FieldBody body{};
-    body.field = static_cast<std::uint32_t>(known - offsets.begin());
+    const auto known = std::ranges::find_if(told_already, [&](const proto::FieldBody* other) {
+      return publication::is_same_field(*other, field.body);
+    });
+    stillgrid_relay3_FieldBody body{};
+    body.field = static_cast<std::uint32_t>(known - told_already.begin());
     body.moving = field.body.moving;
     body.material = field.body.material;
     body.body = field.body.body;
     body.rest = told(rest);
     bodies_.push_back(body);
-    if (known != offsets.end()) continue;
-    offsets.push_back(field.body.offset);
+    if (known != told_already.end()) continue;
+    told_already.push_back(&field.body);
     const proto::FieldShape& shape = field.body.shape;
     const collision::FieldCounts counts = collision::field_counts(shape);
     const collision::FieldLayout& at = field.field.layout;
@@ -218,12 +220,13 @@ void ToldScene::tell_fields(const publication::SceneView& view) {
                         numbers_of<float>(field.field, at.stiffness, counts.stiffness),
                         numbers_of<float>(field.field, at.fine, counts.fine),
                         numbers_of<std::uint32_t>(field.field, at.numbers, counts.numbers)});
-    stillgrid_relay2_DistanceField& message = fields_.emplace_back();
+    stillgrid_relay3_DistanceField& message = fields_.emplace_back();
     copy(shape.lowest_m, message.lowest_m);
     message.brick_m = shape.brick_m;
     copy(shape.bricks, message.bricks);
     copy(shape.centre_m, message.centre_m);
     message.bounding_radius_m = shape.bounding_radius_m;
+    message.kind = shape.kind;
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     point_to(fields_[i].coarse, numbers_[i].coarse);

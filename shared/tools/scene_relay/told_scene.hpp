@@ -45,14 +45,14 @@ class ToldScene {
     std::vector<std::uint32_t> numbers;
   };
   SceneMessage message_{};
-  std::vector<stillgrid_relay2_Material> materials_;
-  std::vector<stillgrid_relay2_Plane> planes_;
-  std::vector<stillgrid_relay2_ToolSphere> tool_;
-  std::vector<stillgrid_relay2_StaticSphere> spheres_;
+  std::vector<stillgrid_relay3_Material> materials_;
+  std::vector<stillgrid_relay3_Plane> planes_;
+  std::vector<stillgrid_relay3_ToolSphere> tool_;
+  std::vector<stillgrid_relay3_StaticSphere> spheres_;
   std::vector<FieldNumbers> numbers_;
-  std::vector<stillgrid_relay2_DistanceField> fields_;
-  std::vector<stillgrid_relay2_FieldBody> bodies_;
-  std::vector<stillgrid_relay2_Hand> hands_;
+  std::vector<stillgrid_relay3_DistanceField> fields_;
+  std::vector<stillgrid_relay3_FieldBody> bodies_;
+  std::vector<stillgrid_relay3_Hand> hands_;
   std::vector<std::uint8_t> model_;
 };
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
 namespace stillgrid::scene_viewer {
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxTicks = 65'536;  // of one answer
 constexpr std::string_view kApi = "api/";
+constexpr std::string_view kMouse = "api/mouse";
 constexpr const char* kJson = "application/json";
 constexpr const char* kBinary = "application/octet-stream";
 
@@ -43,6 +45,13 @@ PageAnswer found_or(Message message, const char* type, const char* absence) {
 bool names_this_machine(std::string_view host) {
   const std::string_view name = host.substr(0, host.find(':'));
   return name == "127.0.0.1" || name == "localhost";
+}
+
+/// Whether the page that asks is one of ours, or does not tell.
+bool is_own_origin(std::string_view origin) {
+  constexpr std::string_view kHttp = "http://";
+  return origin.empty() ||
+         (origin.starts_with(kHttp) && names_this_machine(origin.substr(kHttp.size())));
 }
 
 /// In a time that does not tell how much of it is right.
@@ -144,7 +153,30 @@ PageAnswer PageAnswers::of_api(std::string_view name, std::string_view query) co
   return scene_answer(*view, query);
 }
 
-PageAnswer PageAnswers::to(const PageQuestion& question) const {
+PageAnswer PageAnswers::of_mouse(std::string_view query, std::string_view body) {
+  const auto message = mouse_message(body);
+  if (!message)
+    return refuse(
+        400, "expected JSON: holder, and release: true, or position_m, orientation_xyzw, buttons");
+  const std::string asked = query_value(query, "session").value_or("");
+  const auto view = views_->find(asked);
+  if (!view || !view->status().live) return refuse(404, "no session of that name runs");
+  const std::string& session = asked.empty() ? views_->named() : asked;
+  if (session.find('/') != std::string::npos)
+    return refuse(409, "the session is another user's, whose hand is not to be held from here");
+  try {
+    const std::string refusal = hands_.move(session, *message, realtime::monotonic_ns());
+    return refusal.empty() ? PageAnswer{.body = message_of("")} : refuse(409, refusal);
+  } catch (const publication::SegmentError& error) {
+    return refuse(503, error.what());
+  }
+}
+
+void PageAnswers::drop_silent_hands() {
+  hands_.drop_silent(realtime::monotonic_ns());
+}
+
+PageAnswer PageAnswers::to(const PageQuestion& question) {
   if (!names_this_machine(question.host))
     return turn_away(403, "this page is for this machine only: ask for 127.0.0.1 or localhost");
   std::string_view path = question.target.substr(0, question.target.find('?'));
@@ -154,11 +186,17 @@ PageAnswer PageAnswers::to(const PageQuestion& question) const {
     return turn_away(403,
                      "this page is for those who know its key: open the address that "
                      "scene_viewer printed when it was started");
-  if (question.method != "GET" && question.method != "HEAD")
-    return refuse(405, "expected GET or HEAD");
   const std::string_view query =
       question.target.substr(std::min(question.target.size(), path.size() + 1));
   path.remove_prefix(key_end + 1);
+  if (path == kMouse) {
+    if (question.method != "POST") return refuse(405, "expected POST");
+    if (!is_own_origin(question.origin))
+      return refuse(403, "the mouse is for the viewer's own page");
+    return of_mouse(query, question.body);
+  }
+  if (question.method != "GET" && question.method != "HEAD")
+    return refuse(405, "expected GET or HEAD");
   if (path.starts_with(kApi)) return of_api(path.substr(kApi.size()), query);
   const auto file = files_.find(path);
   return file == files_.end() ? refuse(404, "no such file") : file->second;

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "shared/tools/scene_viewer/mouse_hands.hpp"
 #include "shared/tools/scene_viewer/views.hpp"
 
 namespace stillgrid::scene_viewer {
@@ -14,6 +15,8 @@ namespace stillgrid::scene_viewer {
 /// What a page asked. Views of the request, which outlives the call.
 struct PageQuestion {
   std::string_view method, target, host;
+  std::string_view origin = {};  // header of that name, or empty
+  std::string_view body = {};    // empty without a POST
 };
 
 /// What it is told.
@@ -34,13 +37,18 @@ class PageAnswers {
   /// outlive it.
   PageAnswers(Views& views, std::string key, const std::filesystem::path& page);
 
-  [[nodiscard]] PageAnswer to(const PageQuestion& question) const;
+  [[nodiscard]] PageAnswer to(const PageQuestion& question);
+
+  /// Frees the hands of pages that are silent. To be called some times a second.
+  void drop_silent_hands();
 
  private:
   [[nodiscard]] PageAnswer of_api(std::string_view name, std::string_view query) const;
+  [[nodiscard]] PageAnswer of_mouse(std::string_view query, std::string_view body);
 
   Views* views_;
   std::string key_;
+  MouseHands hands_;
   std::map<std::string, PageAnswer, std::less<>> files_;  // by path; "": index.html
 };
 

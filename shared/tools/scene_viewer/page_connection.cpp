@@ -20,6 +20,7 @@ using std::chrono::seconds;
 constexpr seconds kRequest{2};  // from the end of the last answer to a request's last byte
 constexpr seconds kAnswer{5};   // from an answer's first byte to its last
 constexpr std::size_t kMaxHead = 8192;
+constexpr std::size_t kMaxBody = 1024;
 constexpr std::size_t kMaxReceived = 2 * kMaxHead;
 
 /// The page may load and ask nothing but what is served here. The hash is of the import map in
@@ -46,9 +47,13 @@ std::string head_of(const PageAnswer& answer, bool is_last) {
 
 PageAnswer refusal_of(beast::error_code error) {
   const bool is_long = error == http::error::header_limit || error == http::error::buffer_overflow;
-  return {.status = is_long ? 431U : 400U,
-          .body = std::make_shared<const std::string>(
-              is_long ? "a request of 8 KiB at most\n" : "a request of HTTP/1.1 without a body\n"),
+  const bool is_fat = error == http::error::body_limit;
+  return {.status = is_long  ? 431U
+                    : is_fat ? 413U
+                             : 400U,
+          .body = std::make_shared<const std::string>(is_long  ? "a request of 8 KiB at most\n"
+                                                      : is_fat ? "a body of 1 KiB at most\n"
+                                                               : "a request of HTTP/1.1\n"),
           .is_to_stranger = true};
 }
 
@@ -91,6 +96,7 @@ void PageConnection::befriend() {
 void PageConnection::read() {
   parser_.emplace();
   parser_->header_limit(kMaxHead);
+  parser_->body_limit(kMaxBody);
   stream_.expires_after(kRequest);
   http::async_read(stream_, received_, *parser_,
                    [self = shared_from_this()](beast::error_code error, std::size_t) {
@@ -107,7 +113,9 @@ void PageConnection::take_request(beast::error_code error) {
   const auto& request = parser_->get();
   const PageAnswer answer = answer_({.method = view_of(request.method_string()),
                                      .target = view_of(request.target()),
-                                     .host = view_of(request[http::field::host])});
+                                     .host = view_of(request[http::field::host]),
+                                     .origin = view_of(request[http::field::origin]),
+                                     .body = request.body()});
   if (!answer.is_to_stranger) befriend();
   write(answer, request.method() == http::verb::head,
         answer.is_to_stranger || !request.keep_alive());

@@ -3,8 +3,8 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
 #include <cstddef>
 #include <list>
 #include <memory>
@@ -26,10 +26,10 @@ struct ConnectionLists {
   std::list<PageConnection*> strangers, known;
 };
 
-/// One connection: a request after the other, by GET and HEAD, without bodies. It holds at most
-/// 16 KiB of what comes, 2 s of waiting for it, and 5 s of taking an answer, however slowly the
-/// bytes go; of fields it looks at Host and Connection alone, so there are no ranges and nothing is
-/// compressed. Thread: one, for all of them.
+/// One connection: a request after the other, with bodies of 1 KiB at most. It holds at most
+/// 17 KiB of what comes, 2 s of waiting for it, and 5 s of taking an answer, however slowly the
+/// bytes go; of fields it looks at Host, Origin and Connection alone, so there are no ranges and
+/// nothing is compressed. Thread: one, for all of them.
 class PageConnection : public std::enable_shared_from_this<PageConnection> {
  public:
   /// Pre: answer and lists outlive it. Ends the oldest connection where there are too many.
@@ -53,7 +53,7 @@ class PageConnection : public std::enable_shared_from_this<PageConnection> {
 
   boost::beast::tcp_stream stream_;
   boost::beast::flat_buffer received_;
-  std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
+  std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   std::string head_;  // of the answer under way
   Message body_;
   const AnswerPage& answer_;

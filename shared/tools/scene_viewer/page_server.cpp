@@ -24,6 +24,7 @@ using Error = boost::system::error_code;
 
 constexpr int kUsualPort = 8642;
 constexpr std::chrono::milliseconds kPause{50};  // where the system gives no connection
+constexpr std::chrono::milliseconds kTidy{250};
 
 /// 128 bits from the system, in hexadecimal digits.
 std::string random_key() {
@@ -42,15 +43,17 @@ std::string random_key() {
 
 struct PageServer::Server {
   std::string key = random_key();
+  std::optional<PageAnswers> answers;
   AnswerPage answer;
   ConnectionLists lists;  // before the context, whose end ends the connections
   asio::io_context context{1};
   Tcp::acceptor acceptor{context};
-  asio::steady_timer pause{context};
+  asio::steady_timer pause{context}, tidying{context};
   std::jthread thread;
 
   [[nodiscard]] Error bind(int port);
   void accept();
+  void tidy();
 };
 
 Error PageServer::Server::bind(int port) {
@@ -78,6 +81,13 @@ void PageServer::Server::accept() {
   });
 }
 
+/// Looks now and then for a page that is gone and holds a hand.
+void PageServer::Server::tidy() {
+  answers->drop_silent_hands();
+  tidying.expires_after(kTidy);
+  tidying.async_wait([this](Error) { tidy(); });
+}
+
 PageServer::PageServer(std::optional<int> port) : server_(std::make_unique<Server>()) {
   Error error = server_->bind(port.value_or(kUsualPort));
   if (error && !port) error = server_->bind(0);
@@ -97,9 +107,12 @@ std::string PageServer::address() const {
 }
 
 void PageServer::start(Views& views, const std::filesystem::path& page) {
-  server_->answer = [answers = PageAnswers(views, server_->key, page)](
-                        const PageQuestion& question) { return answers.to(question); };
+  server_->answers.emplace(views, server_->key, page);
+  server_->answer = [answers = &*server_->answers](const PageQuestion& question) {
+    return answers->to(question);
+  };
   server_->accept();
+  server_->tidy();
   server_->thread = std::jthread([context = &server_->context] {
     while (!context->stopped()) try {
         context->run();

@@ -12,8 +12,8 @@ namespace stillgrid::scene_viewer {
 /// Serves a page and what it shows over HTTP on 127.0.0.1, to those who know its address: the first
 /// part of every path is a key, drawn at random for each server, so that other users of the machine
 /// get nothing. A request that names another host is refused too, so that no page from elsewhere
-/// reads it through a name that it lets point here. Nothing but GET and HEAD of the page's files
-/// and of the API; bounds: PageConnection.
+/// reads it through a name that it lets point here. It answers GET and HEAD of the page's files
+/// and of the API, and POST of the mouse; bounds: PageConnection.
 class PageServer {
  public:
   /// Binds. Port 0: any that is free; none: 8642, or any that is free where that is taken. Throws

@@ -93,6 +93,8 @@ Json state_json(const proto::FieldState& state) {
 
 /// What stands of fields in the fixed part.
 Json fields_json(std::span<const publication::SceneField> fields) {
+  constexpr std::array<const char*, proto::kFieldKinds> kKinds = {"sampled", "box", "capsule",
+                                                                  "cylinder"};
   Json json = Json::array();
   for (const publication::SceneField& field : fields) {
     const proto::FieldShape& shape = field.body.shape;
@@ -103,6 +105,8 @@ Json fields_json(std::span<const publication::SceneField> fields) {
                     {"bricks", shape.bricks},
                     {"fine_bricks", shape.fine_count},
                     {"has_stiffness", shape.has_stiffness != 0},
+                    {"kind", kKinds.at(shape.kind)},
+                    {"lowest_m", numbers(shape.lowest_m)},
                     {"centre_m", numbers(shape.centre_m)},
                     {"bounding_radius_m", number(shape.bounding_radius_m)},
                     {"bytes", 8 * field.field.layout.total_words},

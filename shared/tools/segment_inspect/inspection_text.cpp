@@ -88,7 +88,7 @@ void add_lines(std::string& text, const std::string& name, const Json& value, st
 }  // namespace
 
 std::string_view name_of(proto::SegmentKind kind) noexcept {
-  return kind == proto::SegmentKind::kScene ? "scene" : "tool";
+  return publication::ending_of(kind).substr(1);
 }
 
 std::string_view name_of(reading::SegmentState state) noexcept {

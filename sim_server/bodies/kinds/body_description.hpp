@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "sim_server/bodies/kinds/compound.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
 #include "sim_server/bodies/kinds/plane.hpp"
 #include "sim_server/bodies/kinds/rigid_box.hpp"
@@ -20,7 +21,7 @@ namespace stillgrid::bodies {
 
 /// What a body is, a struct a kind.
 using BodyShape = std::variant<SphereBody, SheetBody, ThreadBody, SoftBlockBody, RigidBoxBody,
-                               RigidMeshBody, SoftMeshBody, PlaneBody>;
+                               RigidMeshBody, SoftMeshBody, PlaneBody, CompoundBody>;
 
 /// One [[body]] of a scene file: what bodies of every kind have, and its shape.
 struct BodyDescription {
@@ -31,7 +32,6 @@ struct BodyDescription {
   int material = 0;              // index into SceneDescription::materials
   double stiffness_scale = 1.0;  // of its contacts, stiffness and damping, against its material's
   double mass_kg = 0.0;          // of the whole body; a free body has one
-  double tool_radius_m = 0.0;    // the scene's largest tool sphere
 
   // Its frame; a thread stands where its ends are.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -64,7 +64,7 @@ struct BodyDescription {
       },
       body.shape);
 }
-/// The distance field that a body is met through; null: it has none.
+/// The distance field that a mesh is met through; null: it has none.
 [[nodiscard]] inline std::shared_ptr<const collision::DistanceField> field_of(
     const BodyDescription& body) {
   const auto* const mesh = std::get_if<RigidMeshBody>(&body.shape);

@@ -91,7 +91,8 @@ void add_spheres(World& world, const BodyDescription& body, int number, int mate
     sphere.body = number;
     sphere.material = material;
     if (body.motion == Motion::kStatic) {
-      world.static_spheres.push_back({sphere.rest_position_m, sphere.radius_m, material, number});
+      (sphere.is_field_point ? world.static_points : world.static_spheres)
+          .push_back({sphere.rest_position_m, sphere.radius_m, material, number});
       continue;
     }
     sphere.rigid = range.rigid;
@@ -99,6 +100,30 @@ void add_spheres(World& world, const BodyDescription& body, int number, int mate
     world.spheres.push_back(sphere);
   }
   range.sphere_count = static_cast<int>(world.spheres.size()) - range.first_sphere;
+}
+
+void add_fields(World& world, const BodyDescription& body, int number, int material, int rigid) {
+  FieldBody field;
+  field.body = number;
+  field.material = material;
+  field.rigid = rigid;
+  const auto add = [&](const auto& distance, const Eigen::Vector3d& position_m,
+                       const Eigen::Quaterniond& orientation) {
+    field.position_m = position_m;
+    field.orientation = orientation;
+    if (rigid < 0) {
+      field.position_m = body.position_m + body.orientation * position_m;
+      field.orientation = body.orientation * orientation;
+    }
+    field.field = distance;
+    world.fields.push_back(field);
+  };
+  if (const auto distance = field_of(body))
+    add(distance, Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  if (const auto* const compound = std::get_if<CompoundBody>(&body.shape))
+    for (const SolidShape& shape : compound->shapes)
+      if (shape.kind != SolidShape::Kind::kSphere)
+        add(field_of(shape), shape.position_m, shape.orientation);
 }
 
 }  // namespace
@@ -141,9 +166,7 @@ void add_body(World& world, const BodyDescription& body) {
   if (body.motion != Motion::kStatic) add_moving(world, body, range);
   const int material = material_of(world, body);
   add_spheres(world, body, number, material, range);
-  if (const auto field = field_of(body))
-    world.fields.push_back(
-        {number, material, range.rigid, body.position_m, body.orientation, field});
+  add_fields(world, body, number, material, range.rigid);
 }
 
 std::vector<BodySurface> rest_surfaces(std::span<const BodyDescription> bodies,

@@ -22,7 +22,8 @@ constexpr BodyKind kBodyKinds[] = {{"sheet", free_or_static, read_sheet},
                                    {"rigid_box", any, read_rigid_box},
                                    {"mesh", any_unless_soft, read_mesh},
                                    {"sphere", any, read_sphere},
-                                   {"plane", only_static, read_plane}};
+                                   {"plane", only_static, read_plane},
+                                   {"compound", any, read_compound}};
 
 }  // namespace
 

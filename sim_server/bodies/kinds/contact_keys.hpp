@@ -7,8 +7,9 @@
 
 namespace stillgrid::bodies {
 
-/// Reads how a mesh is to be met: `contact`, `field`, `force_error`. Nothing: through its spheres.
-/// Throws SceneError, at keys that do not apply too.
+/// Reads `contact` and `field` of a mesh body. Returns nothing for contact by spheres, the default
+/// of a soft mesh and of a body with the key `spheres`. Throws SceneError, at keys that do not
+/// apply too.
 [[nodiscard]] std::optional<AskedField> read_contact(toml::TableReader& table,
                                                      const mesh::TriangleMesh& mesh, bool is_soft,
                                                      Motion motion);

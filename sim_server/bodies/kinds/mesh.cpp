@@ -39,7 +39,8 @@ std::vector<SphereBinding> spheres_of(const RigidMeshBody& mesh, const BodyDescr
 }
 
 std::vector<SphereBinding> spheres_of(const SoftMeshBody& mesh, const BodyDescription& body) {
-  return spheres_in_solid(mesh.balls, mesh.lattice, body.position_m, body.orientation);
+  return spheres_in_solid(mesh.balls, mesh.lattice, mesh.springs, body.position_m,
+                          body.orientation);
 }
 
 BodySurface surface_of(const RigidMeshBody& mesh, const BodyDescription& body,

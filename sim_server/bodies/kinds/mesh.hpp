@@ -11,7 +11,6 @@
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
-#include "sim_server/choice/record.hpp"
 #include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
@@ -24,27 +23,26 @@ namespace stillgrid::bodies {
 
 struct BodyDescription;
 
-/// The field that a scene asks of a mesh, or what it leaves to choose.
+/// The field of a rigid mesh, as its scene describes it.
 struct AskedField {
-  bool is_choice = false;                 // contact = "auto"
-  std::optional<double> cell_m = {};      // none: chosen, as only a choice may
-  std::optional<double> band_m = {};      // none: chosen for the scene's tool
-  double max_error_share = 0.0;           // of a choice, what the force may err
+  std::optional<double> cell_m = {};      // none: fields::default_cell_m()
+  std::optional<double> band_m = {};      // none: the radius of the scene's largest tool sphere
   unsigned line = 0;                      // of the scene file, where it is asked for
   std::filesystem::path folder = {};      // of the scene file
-  fields::MeasuredSurface measured = {};  // of no choice; own_N_per_m: make_fields() knows it
+  fields::MeasuredSurface measured = {};  // own_N_per_m is set by make_fields()
 };
 
 /// A mesh from a file that keeps its shape, in its centre of mass along its principal axes,
-/// whatever frame the file has: met through its balls, or through its field.
+/// whatever frame the file has: met through its balls, or through its field. A thin shell if it
+/// bounds no solid.
 struct RigidMeshBody {
   /// With a field: none where it never moves, else points of its surface.
   std::vector<spheres::Ball> balls = {};
-  mesh::TriangleMesh surface = {};                                      // closed; for a display
+  mesh::TriangleMesh surface = {};  // closed, but for a shell; for a display
+  std::string no_solid = {};        // why it is a shell, which cover_shells() covers with balls
   Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
   std::optional<AskedField> asked_field = {};
   std::shared_ptr<const collision::DistanceField> field = {};  // make_fields() makes it
-  std::vector<choice::Record> contacts = {};                   // candidates of a choice
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.
@@ -56,8 +54,9 @@ struct SoftMeshBody {
 };
 
 /// Reads its keys into body.shape: a soft mesh if it has springs. Adds a line to notes. Throws
-/// SceneError; a mesh that bounds no solid is refused at `file`. Decomposing may take seconds. A
-/// field is only asked for: make_fields() makes it. Pre: body.motion is read.
+/// SceneError. A mesh that bounds no solid is a shell. It is refused at `file` if it is soft or has
+/// a key of its contact. Decomposing may take seconds. A field is only asked for: make_fields()
+/// makes it. Pre: body.motion is read.
 void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const RigidMeshBody& mesh);

@@ -6,15 +6,12 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
-#include <map>
 #include <new>
 #include <stdexcept>
 #include <utility>
 
 #include "shared/realtime/stop_signal.hpp"
-#include "shared/rendering/force_error.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
-#include "sim_server/fields/contact_choice.hpp"
 #include "sim_server/fields/field_cache.hpp"
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/fields/surface_points.hpp"
@@ -24,8 +21,7 @@ namespace stillgrid::bodies {
 namespace {
 
 constexpr std::size_t kMaxPoints = 500;
-
-constexpr double kPress = 0.25;  // of the radius of the tool's sphere
+constexpr double kBeyondTool = 2.0;  // cells: a proxy is a radius from what it touches
 
 /// The range of a map's stiffness, and of how many places; nothing without a map.
 std::string note_of(const fields::MeasuredSurface& measured) {
@@ -112,104 +108,56 @@ class FieldsOfScene {
   void make(std::span<BodyDescription> bodies) {
     // Points of fields' bodies stick out by no more than they are small.
     for (const BodyDescription& body : bodies)
-      if (asked_of(body) == nullptr) reach_out(body);
+      if (asked_of(body) == nullptr) margin_m_ = std::max(margin_m_, largest_radius_m(body));
     for (BodyDescription& body : bodies) {
-      if (asked_of(body) == nullptr || !asked_of(body)->is_choice) continue;
-      attempt(body, [&](RigidMeshBody& mesh) { choose(body, mesh); });
-      if (!field_of(body)) reach_out(body);
-    }
-    for (BodyDescription& body : bodies) {
-      if (asked_of(body) == nullptr || (asked_of(body)->is_choice && !field_of(body))) continue;
-      AskedField& asked = *std::get<RigidMeshBody>(body.shape).asked_field;
+      if (asked_of(body) == nullptr) continue;
+      auto& mesh = std::get<RigidMeshBody>(body.shape);
+      AskedField& asked = *mesh.asked_field;
       asked.measured.own_N_per_m =
           body.stiffness_scale * scene_.materials_N_per_m[static_cast<std::size_t>(body.material)];
       check_map(asked, file_);
-      attempt(body, [&](RigidMeshBody& mesh) { make_one(body, mesh); });
+      make_one(body, mesh);
     }
   }
 
  private:
-  void reach_out(const BodyDescription& body) {
-    margin_m_ = std::max(margin_m_, largest_radius_m(body));
+  /// A brick more than the spheres ask, so that what is near is found before it touches.
+  [[nodiscard]] collision::FieldFineness fineness(const RigidMeshBody& mesh) const {
+    const AskedField& asked = *mesh.asked_field;
+    const double band_m = asked.band_m.value_or(scene_.largest_tool_radius_m);
+    const double cell_m =
+        asked.cell_m
+            ? *asked.cell_m
+            : fields::default_cell_m(mesh.surface, scene_.least_tool_radius_m, band_m, margin_m_);
+    return {.cell_m = cell_m,
+            .band_m = asked.band_m.value_or(band_m + kBeyondTool * cell_m),
+            .margin_m = margin_m_ + proto::kBrickCells * cell_m};
   }
 
-  template <class Try>
-  void attempt(BodyDescription& body, Try&& attempted) {
-    auto& mesh = std::get<RigidMeshBody>(body.shape);
-    const AskedField& asked = *mesh.asked_field;
+  void make_one(BodyDescription& body, RigidMeshBody& mesh) {
+    const collision::FieldFineness fineness_m = fineness(mesh);
     try {
-      attempted(mesh);
+      double time_s = 0.0;
+      mesh.field = made_or_kept(mesh, fineness_m, notes_, time_s);
+      if (body.motion != Motion::kStatic)
+        mesh.balls = fields::surface_points(mesh.surface, kMaxPoints);
+      notes_.push_back(note_of(body, mesh, time_s));
     } catch (const realtime::StopRequested&) {
       throw;
     } catch (const std::bad_alloc&) {
       throw;
     } catch (const std::exception& error) {
-      if (!asked.cell_m)
-        throw toml::scene_error(file_, {asked.line, 1}, "body.contact", "'auto'",
-                                "a mesh that can be met by a choice; " + std::string(error.what()));
       std::array<char, 40> value{};
-      std::snprintf(value.data(), value.size(), "%.9g", *asked.cell_m);
-      throw toml::scene_error(file_, {asked.line, 1}, "body.field.cell_m", value.data(),
+      std::snprintf(value.data(), value.size(), "%.9g", fineness_m.cell_m);
+      throw toml::scene_error(file_, {mesh.asked_field->line, 1}, "body.field.cell_m", value.data(),
                               "cells of a field that can be held; " + std::string(error.what()));
     }
-  }
-
-  /// A brick more than the spheres ask, so that what is near is found before it touches.
-  [[nodiscard]] collision::FieldFineness fineness(const AskedField& asked, double cell_m) const {
-    return {.cell_m = cell_m,
-            .band_m = asked.band_m.value_or(std::max(scene_.largest_tool_radius_m, cell_m)),
-            .margin_m = margin_m_ + proto::kBrickCells * cell_m};
-  }
-
-  void make_one(BodyDescription& body, RigidMeshBody& mesh) {
-    const AskedField& asked = *mesh.asked_field;
-    double time_s = 0.0;
-    // What was chosen was made then, unless something larger may meet it now.
-    if (!mesh.field || chosen_at_m_[&mesh] != margin_m_)
-      mesh.field = made_or_kept(mesh, fineness(asked, *asked.cell_m), notes_, time_s);
-    if (body.motion != Motion::kStatic)
-      mesh.balls = fields::surface_points(mesh.surface, kMaxPoints);
-    notes_.push_back(note_of(body, mesh, time_s));
-  }
-
-  void choose(BodyDescription& body, RigidMeshBody& mesh) {
-    AskedField& asked = *mesh.asked_field;
-    const bool moves = body.motion != Motion::kStatic;
-    fields::ContactNeed need{.tool_radius_m = scene_.least_tool_radius_m,
-                             .press_depth_m = kPress * scene_.least_tool_radius_m,
-                             .max_error_share = asked.max_error_share,
-                             .points = moves ? kMaxPoints : 0,
-                             .steps_per_ms = moves ? 1e-3 / scene_.period_s : 0.0,
-                             .cell_m = asked.cell_m,
-                             .given_balls = mesh.balls,
-                             .make_field = [&](double cell_m) {
-                               double time_s = 0.0;
-                               return made_or_kept(mesh, fineness(asked, cell_m), notes_, time_s);
-                             }};
-    fields::ContactChoice choice = fields::choose_contact(mesh.surface, need);
-    mesh.field = choice.field;
-    mesh.balls = std::move(choice.balls);
-    mesh.contacts = std::move(choice.records);
-    body.stiffness_scale *= choice.stiffness_scale;
-    if (mesh.field) asked.cell_m = choice.cell_m;
-    chosen_at_m_[&mesh] = margin_m_;
-    std::array<char, 100> error{};
-    std::snprintf(error.data(), error.size(), ": the force errs by %.2f JND; --explain tells why",
-                  *choice.chosen.error_share / rendering::kJustNoticeable);
-    notes_.push_back("body '" + body.name + "': contact chosen: " + choice.chosen.name +
-                     error.data());
-    if (choice.keeps_error) return;
-    std::snprintf(error.data(), error.size(), "%.2f",
-                  asked.max_error_share / rendering::kJustNoticeable);
-    notes_.push_back("body '" + body.name + "': no model errs by at most " + error.data() +
-                     " JND: this is the most accurate");
   }
 
   const FieldScene& scene_;
   const std::string& file_;
   std::vector<std::string>& notes_;
   double margin_m_;
-  std::map<const RigidMeshBody*, double> chosen_at_m_;  // margins
 };
 
 }  // namespace

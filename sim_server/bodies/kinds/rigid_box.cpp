@@ -1,25 +1,14 @@
 #include "sim_server/bodies/kinds/rigid_box.hpp"
 
 #include "sim_server/bodies/kinds/body_description.hpp"
+#include "sim_server/bodies/solid_shape.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid::bodies {
 namespace {
 
-/// In the body's frame; vertex x + 2 y + 4 z.
-mesh::TriangleMesh box_mesh(const Eigen::Vector3d& size_m) {
-  mesh::TriangleMesh mesh;
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices_m.emplace_back(((corner & 1) - 0.5) * size_m.x(),
-                                 ((corner >> 1 & 1) - 0.5) * size_m.y(),
-                                 ((corner >> 2) - 0.5) * size_m.z());
-  add_quad(mesh, 0, 2, 3, 1);
-  add_quad(mesh, 4, 5, 7, 6);
-  add_quad(mesh, 0, 1, 5, 4);
-  add_quad(mesh, 2, 6, 7, 3);
-  add_quad(mesh, 0, 4, 6, 2);
-  add_quad(mesh, 1, 3, 7, 5);
-  return mesh;
+SolidShape solid_of(const Eigen::Vector3d& size_m) {
+  return {.kind = SolidShape::Kind::kBox, .half_m = 0.5 * size_m};
 }
 
 }  // namespace
@@ -39,7 +28,12 @@ RigidBoxBody read_box(toml::TableReader& table, BodyDescription& body) {
 
 void read_rigid_box(toml::TableReader& table, BodyDescription& body,
                     std::vector<std::string>& /*notes*/) {
-  body.shape = read_box(table, body);
+  const bool is_covered = table.has("spheres");
+  const RigidBoxBody box = read_box(table, body);
+  if (is_covered)
+    body.shape = box;
+  else
+    body.shape = compound_of({solid_of(box.size_m)}, body);
 }
 
 BodyCounts counts_of(const RigidBoxBody& box) {
@@ -57,7 +51,9 @@ std::vector<SphereBinding> spheres_of(const RigidBoxBody& box, const BodyDescrip
 
 BodySurface surface_of(const RigidBoxBody& box, const BodyDescription& body,
                        const RestSpheres& spheres) {
-  return bound_surface(box_mesh(box.size_m), body.position_m, body.orientation, spheres);
+  mesh::TriangleMesh mesh;
+  add_surface(solid_of(box.size_m), mesh);
+  return bound_surface(mesh, body.position_m, body.orientation, spheres);
 }
 
 }  // namespace stillgrid::bodies

@@ -15,13 +15,14 @@ namespace stillgrid::bodies {
 
 struct BodyDescription;
 
-/// A box that keeps its shape, centred in its frame.
+/// A box that keeps its shape, centred in its frame, covered by spheres.
 struct RigidBoxBody {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   SpherePacking spheres = {};
 };
 
-/// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
+/// Reads its keys into body.shape: a CompoundBody of one exact box unless the table has `spheres`.
+/// Throws SceneError. Pre: body.motion is read.
 void read_rigid_box(toml::TableReader& table, BodyDescription& body,
                     std::vector<std::string>& notes);
 

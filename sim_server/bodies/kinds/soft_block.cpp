@@ -54,7 +54,7 @@ mesh::TriangleMesh skin_of(const SoftLattice& lattice) {
 }  // namespace
 
 void read_soft_block(toml::TableReader& table, BodyDescription& body,
-                     std::vector<std::string>& /*notes*/) {
+                     std::vector<std::string>& notes) {
   SoftBlockBody block;
   const std::vector<int> sides = table.integers("nodes", {2, kMaxNodesPerSide});
   if (sides.size() != 3) table.refuse("nodes", "three integers, along x, along y and along z");
@@ -67,6 +67,7 @@ void read_soft_block(toml::TableReader& table, BodyDescription& body,
   read_springs(table, body.motion, block.springs);
   block.springs.pinned_nodes =
       read_pinned_in_solid(table, block.lattice, body.position_m, body.orientation);
+  notes.push_back(note_of_crushing(body.name, block.lattice, block.springs));
   body.shape = std::move(block);
 }
 
@@ -80,8 +81,8 @@ SpringNet net_of(const SoftBlockBody& block, const BodyDescription& body) {
 }
 
 std::vector<SphereBinding> spheres_of(const SoftBlockBody& block, const BodyDescription& body) {
-  return spheres_in_solid(balls_of_box(block.size_m, block.spheres), block.lattice, body.position_m,
-                          body.orientation);
+  return spheres_in_solid(balls_of_box(block.size_m, block.spheres), block.lattice, block.springs,
+                          body.position_m, body.orientation);
 }
 
 BodySurface surface_of(const SoftBlockBody& block, const BodyDescription& body,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <string_view>
 
 #include "sim_server/toml/toml_reader.hpp"
@@ -82,6 +83,19 @@ std::vector<int> read_pinned_in_solid(toml::TableReader& table, const SoftLattic
   return pinned;
 }
 
+double crushing_force_N(const SoftLattice& lattice, const ShearSprings& springs) {
+  constexpr double kSpringsBelowATool = 2.0;
+  return kSpringsBelowATool * springs.structural_stiffness_N_per_m * lattice.spacing_m.minCoeff();
+}
+
+std::string note_of_crushing(const std::string& body, const SoftLattice& lattice,
+                             const ShearSprings& springs) {
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), "a tool may crush it by more than %.2g N",
+                crushing_force_N(lattice, springs));
+  return "body '" + body + "': " + text.data();
+}
+
 SpringNet net_of_solid(const SoftLattice& lattice, const ShearSprings& springs,
                        const Eigen::Vector3d& position_m, const Eigen::Quaterniond& orientation) {
   SpringNet net;
@@ -93,12 +107,14 @@ SpringNet net_of_solid(const SoftLattice& lattice, const ShearSprings& springs,
 }
 
 std::vector<SphereBinding> spheres_in_solid(std::span<const spheres::Ball> balls,
-                                            const SoftLattice& lattice,
+                                            const SoftLattice& lattice, const ShearSprings& springs,
                                             const Eigen::Vector3d& position_m,
                                             const Eigen::Quaterniond& orientation) {
+  const double most_N = crushing_force_N(lattice, springs);
   std::vector<SphereBinding> spheres;
   for (const spheres::Ball& ball : balls) {
     SphereBinding& sphere = spheres.emplace_back(placed_sphere(ball, position_m, orientation));
+    sphere.crushing_force_N = most_N;
     const LatticePoint point = bind_to_lattice(lattice, ball.centre_m);
     for (std::size_t i = 0; i < point.nodes.size(); ++i)
       bind(sphere, point.nodes[i], point.weights[i]);

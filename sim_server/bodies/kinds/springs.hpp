@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "sim_server/bodies/kinds/packing.hpp"
@@ -54,6 +55,14 @@ void read_springs(toml::TableReader& table, Motion motion, ShearSprings& springs
                                                     const Eigen::Vector3d& position_m,
                                                     const Eigen::Quaterniond& orientation);
 
+/// Returns a force that does not crush a lattice, N. It compresses two structural springs of the
+/// shortest edge of a cell to length 0. A tool that presses harder may pass between nodes. A tool
+/// that is smaller than the spacing of the spheres may do so before.
+[[nodiscard]] double crushing_force_N(const SoftLattice& lattice, const ShearSprings& springs);
+/// Returns a line for the log with that force.
+[[nodiscard]] std::string note_of_crushing(const std::string& body, const SoftLattice& lattice,
+                                           const ShearSprings& springs);
+
 /// A soft solid that stands there, as masses and springs.
 [[nodiscard]] SpringNet net_of_solid(const SoftLattice& lattice, const ShearSprings& springs,
                                      const Eigen::Vector3d& position_m,
@@ -62,10 +71,11 @@ void read_springs(toml::TableReader& table, Motion motion, ShearSprings& springs
 /// Balls of a soft solid's frame as spheres on the four nodes round each.
 [[nodiscard]] std::vector<SphereBinding> spheres_in_solid(std::span<const spheres::Ball> balls,
                                                           const SoftLattice& lattice,
+                                                          const ShearSprings& springs,
                                                           const Eigen::Vector3d& position_m,
                                                           const Eigen::Quaterniond& orientation);
 
-/// What a soft solid amounts to.
+/// Returns the numbers of nodes, springs and spheres of a soft solid.
 [[nodiscard]] BodyCounts counts_of_solid(double spheres, const SoftLattice& lattice,
                                          const ShearSprings& springs);
 

@@ -45,6 +45,7 @@ EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
   sum.friction_J += flow.friction_J;
   sum.unsolved_J += flow.unsolved_J;
   sum.given_J += flow.given_J;
+  sum.proxies_J += flow.proxies_J;
   sum.tool_J += flow.tool_J;
   return sum;
 }

@@ -1,7 +1,9 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -27,6 +29,19 @@ int ticks_of(double step_s, const scene::Method& method, bool swings) {
   if (method.substeps > 0) return method.substeps;
   if (!scene::is_explicit(method.integrator) && !swings) return 1;
   return dynamics::ticks_of(step_s);
+}
+
+/// A method that is chosen for its error is not continued by another one.
+void require_within_work(const SolveFigures& solve, double time_s, double tick_s) {
+  if (solve.converged || !solve.is_spent()) return;
+  std::array<char, 300> line{};
+  std::snprintf(
+      line.data(), line.size(),
+      "after %.6g s of simulated time cvode_bdf takes more than %ld steps and products in "
+      "a tick of %.4g ms: expected a larger tolerance_m_s, slower bodies, softer springs "
+      "and contacts, or another integrator",
+      time_s, kMaxWork, 1e3 * tick_s);
+  throw std::domain_error(line.data());
 }
 
 }  // namespace
@@ -57,8 +72,8 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       tools_(scene::hands_of(scene).size()) {
   for (const bodies::RigidBody& body : world_.rigid_bodies) {
     if (body.free) continue;
-    swings_ = swings_ || bodies::swings(body);
-    has_driven_ = has_driven_ || bodies::is_moved(body);
+    swings_ = swings_ || body.prescribed.swings();
+    has_driven_ = has_driven_ || body.prescribed.moves();
   }
 }
 
@@ -154,6 +169,8 @@ TickedWorld::Report Simulation::run_ticks(Step& step) {
     const double left_s = follows ? tick_s : (ticks - tick) * tick_s;
     const TickedWorld::Report ticked =
         ticked_.advance({tick_s, left_s, method_.substeps > 0 ? 1 : 0, poses});
+    if (scene::chooses_steps(method_.integrator) && !step.budget.is_stopped())
+      require_within_work(ticked.solve, world_.time_s + tick * tick_s, tick_s);
     sum.flow += ticked.flow;
     sum.all_slept = sum.all_slept && ticked.all_slept;
     sum.sleep_loss_J += ticked.sleep_loss_J;

@@ -21,7 +21,7 @@
 
 namespace stillgrid::dynamics {
 
-/// Of one hand.
+/// Figures of one hand in a step.
 struct ToolReport {
   std::uint64_t time_ns = 0;  // of the latest sample that a step took, 0: none
   double work_J = 0.0;        // that the tool has given the world in all steps up to that one's end
@@ -35,7 +35,7 @@ struct SolveReport {
   double residual = 0.0;  // m/s, rms over nodes and rigid bodies, in the worst part
 };
 
-/// What one step did and what it cost.
+/// Figures of one step.
 struct StepReport {
   SolveReport solve;  // iterations of all ticks, the worst residual
   int ticks = 0, substeps = 0;
@@ -85,7 +85,8 @@ class Simulation {
   /// step of a scene in which everything sleeps and the tool is far only takes time on. A sample
   /// that is no later than the last changes nothing, to the bit.
   ///
-  /// Throws std::domain_error if the state is not finite: that step is not part of the world.
+  /// Throws std::domain_error if the state is not finite, or if CVODE exceeds kMaxWork in a tick:
+  /// that step is not part of the world.
   ///
   /// take_tools: by hand; those beyond are away. paths: the tools keep to them. Pre: the step is as
   /// many whole ticks then, and has_ticks().
@@ -115,6 +116,11 @@ class Simulation {
   [[nodiscard]] bool has_ticks() const noexcept;
   /// Writes the state from which another process continues, and returns its hash.
   std::uint64_t save_state(std::vector<std::byte>& state) const;
+
+  /// See SceneTicks::stretches_m().
+  [[nodiscard]] std::span<const Vector4> stretches_m(std::size_t hand) const noexcept {
+    return ticked_.ticks().stretches_m(hand);
+  }
 
   /// State of contacts: with the world, another simulation of the scene continues from it.
   [[nodiscard]] std::vector<std::byte> contact_state() const;

@@ -50,6 +50,7 @@ void add_moving_spheres(const bodies::World& world, DescribedWorld& described) {
     sphere.nodes = binding.nodes;
     sphere.weights = binding.weights;
     sphere.is_field_point = binding.is_field_point;
+    sphere.crushing_force_N = binding.crushing_force_N;
     described.description.spheres.push_back(sphere);
   }
 }
@@ -60,10 +61,8 @@ void add_fields(const bodies::World& world, int static_rigid, DescribedWorld& de
     Description::Field field;
     field.distance = body.field;
     field.rigid = body.rigid < 0 ? static_rigid : body.rigid;
-    if (body.rigid < 0) {
-      field.position_m = body.position_m;
-      field.orientation = body.orientation;
-    }
+    field.position_m = body.position_m;
+    field.orientation = body.orientation;
     field.material = body.material;
     field.body = body.body;
     described.description.fields.push_back(std::move(field));
@@ -81,30 +80,24 @@ void add_static(const bodies::World& world, DescribedWorld& described) {
   const int rigid = described.has_static_body ? add_rigid({}, described) : -1;
   if (rigid >= 0) described.description.rigid_bodies.back().is_fixture = true;
   add_fields(world, rigid, described);
-  for (const bodies::StaticSphere& fixed : world.static_spheres) {
+  const auto add = [&](const bodies::StaticSphere& fixed, bool is_field_point) {
     Description::Sphere sphere;
     sphere.radius_m = fixed.radius_m;
     sphere.material = fixed.material;
     sphere.body = fixed.body;
     sphere.rigid = rigid;
     sphere.local_m = fixed.position_m;
+    sphere.is_field_point = is_field_point;
     described.description.spheres.push_back(sphere);
-  }
+  };
+  for (const bodies::StaticSphere& fixed : world.static_spheres) add(fixed, false);
+  for (const bodies::StaticSphere& point : world.static_points) add(point, true);
 }
 
-/// Bodies that never collide. A tool meets what never moves in the haptic process alone.
-std::vector<std::pair<int, int>> bodies_apart(const bodies::World& world, std::size_t hands) {
+std::vector<std::pair<int, int>> bodies_apart(const bodies::World& world) {
   std::set<std::pair<int, int>> apart;
   for (const auto& [a, b] : world.apart)
     if (a < b) apart.emplace(a, b);
-  const auto first_tool = static_cast<int>(world.bodies.size());
-  const auto keep_apart = [&](int body) {
-    for (int tool = first_tool; tool < first_tool + static_cast<int>(hands); ++tool)
-      apart.emplace(body, tool);
-  };
-  for (const bodies::StaticSphere& sphere : world.static_spheres) keep_apart(sphere.body);
-  for (const bodies::FieldBody& field : world.fields)
-    if (field.rigid < 0) keep_apart(field.body);
   return {apart.begin(), apart.end()};
 }
 
@@ -120,6 +113,7 @@ void add_tools(const bodies::World& world, std::span<const scene::Hand> hands,
       sphere.body = static_cast<int>(world.bodies.size() + hand);
       sphere.rigid = rigid;
       sphere.local_m = tool.position_m;
+      sphere.is_tool = true;
       sphere.tool_slip_speed_m_s = hands[hand].tool_slip_speed_m_s;
       described.description.spheres.push_back(sphere);
     }
@@ -158,8 +152,7 @@ double rest_speed_m_s(const bodies::World& world, const bodies::BodyRange& body)
   }
   for (const bodies::FieldBody& field : world.fields)
     if (&world.bodies[static_cast<std::size_t>(field.body)] == &body)
-      speed_m_s = std::min(
-          speed_m_s, kRestRadii_s * double{field.field->shape().brick_m} / proto::kBrickCells);
+      speed_m_s = std::min(speed_m_s, kRestRadii_s * collision::detail_m(field.field->shape()));
   return speed_m_s;
 }
 
@@ -173,7 +166,7 @@ DescribedWorld described_without_spheres(const bodies::World& world) {
     const int rigid = add_rigid(body, described);
     if (body.free) continue;
     described.prescribed.push_back(static_cast<std::size_t>(rigid));
-    described.description.rigid_bodies.back().is_fixture = !bodies::is_moved(body);
+    described.description.rigid_bodies.back().is_fixture = !body.prescribed.moves();
   }
   return described;
 }
@@ -197,7 +190,7 @@ DescribedWorld described(const bodies::World& world, std::span<const scene::Hand
   add_tools(world, hands, described);
   described.description.apart_spheres = contact::SelfCollision(world).apart_spheres(world);
   if (may_sleep) add_sleepers(world, described);
-  described.description.apart = bodies_apart(world, hands.size());
+  described.description.apart = bodies_apart(world);
   return described;
 }
 

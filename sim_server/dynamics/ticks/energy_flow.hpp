@@ -17,7 +17,8 @@ struct EnergyFlow {
   double friction_J = 0.0;
   double unsolved_J = 0.0;  // a gain: contacts' springs hold it, though no work paid for it, where
                             // iterations ended early
-  double given_J = 0.0;     // work of tools and prescribed bodies on the world
+  double given_J = 0.0;     // gift of tools and prescribed bodies to the world
+  double proxies_J = 0.0;   // part of given_J that no work paid for: as proxies of tools moved
   EnergyByHand_J tool_J{};  // each tool's part of given_J
 };
 

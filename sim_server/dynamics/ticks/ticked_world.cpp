@@ -81,7 +81,9 @@ void TickedWorld::add_flow(double tick_s, EnergyFlow& flow) {
     before_[driven] = sum_of(1.0 / tick_s, end, 0.0, end);
     const double all_J =
         end.brought_J + along_J(rigid, reaction.impulse_N_s, reaction.moment_N_m_s);
-    flow.given_J += all_J - along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
+    flow.proxies_J += end.aimed_J;
+    flow.given_J += end.aimed_J + all_J -
+                    along_J(rigid, reaction.rigid_impulse_N_s, reaction.rigid_moment_N_m_s);
     return all_J;
   };
   for (std::size_t hand = 0; hand < ticks_.hands() && hand < flow.tool_J.size(); ++hand)

@@ -62,6 +62,7 @@ class TickedWorld {
   /// Writes the state from which a SceneTicks of the same world continues to the bit.
   void save(std::vector<std::byte>& block) const { ticks_.save(block); }
   [[nodiscard]] const Engine& engine() const noexcept { return ticks_.engine(); }
+  [[nodiscard]] const SceneTicks& ticks() const noexcept { return ticks_; }
 
  private:
   TickedWorld(DescribedWorld from, const bodies::World& world, EngineMethod method);

@@ -1,50 +1,17 @@
 #include <array>
 #include <catch2/catch.hpp>
-#include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/haptic_server/devices/fake_spacenavd.hpp"
+#include "tests/haptic_server/devices/logging_host.hpp"
 #include "tests/haptic_server/devices/plugin.hpp"
 
 namespace stillgrid::devices::spacemouse_test {
 namespace {
-
-std::mutex log_mutex;
-std::vector<std::string> log_lines;
-
-/// A host that keeps what the driver logs.
-const void* logging_host(const char* name) {
-  static const stillgrid_host_log log{sizeof log, 0, [](std::uint32_t, const char* line) {
-                                        const std::scoped_lock lock(log_mutex);
-                                        log_lines.emplace_back(line);
-                                      }};
-  return std::strcmp(name, STILLGRID_HOST_LOG) == 0 ? &log : nullptr;
-}
-
-bool has_logged(const std::string& word) {
-  const std::scoped_lock lock(log_mutex);
-  for (const std::string& line : log_lines) {
-    if (line.find(word) != std::string::npos) return true;
-  }
-  return false;
-}
-
-/// Tries until the condition holds, for seconds if it must.
-template <class Condition>
-bool wait_until(const Condition& condition) {
-  for (int n = 0; n < 20'000; ++n) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
 
 /// A SpaceMouse at the origin that moves as it is pushed, without a dead zone.
 struct Mouse : Plugin {
@@ -127,7 +94,7 @@ TEST_CASE("A mouse that is unplugged lets go, and its daemon stays", "[spacemous
   REQUIRE(mouse.wait_for_buttons(0, 0));
   REQUIRE(mouse.read(10 * kTick_ns) == STILLGRID_DEVICE_OK);
   CHECK(mouse.state.position_m[0] == 0.0);
-  CHECK(wait_until([] { return has_logged("unplugged"); }));
+  CHECK(wait_until([] { return driver_log.has("unplugged"); }));
 }
 
 TEST_CASE("A daemon that goes is a fault of the device, and the tool stands still",
@@ -142,7 +109,7 @@ TEST_CASE("A daemon that goes is a fault of the device, and the tool stands stil
   REQUIRE(wait_until([&] { return mouse.read(0) == STILLGRID_DEVICE_E_IO; }));
   CHECK(mouse.read(10 * kTick_ns) == STILLGRID_DEVICE_E_IO);
   CHECK(mouse.state.position_m[0] == 0.0);
-  CHECK(wait_until([] { return has_logged("spacenavd has gone"); }));
+  CHECK(wait_until([] { return driver_log.has("spacenavd has gone"); }));
   CHECK(mouse.api.deactivate(mouse.device) == STILLGRID_DEVICE_OK);
 }
 

@@ -107,10 +107,14 @@ TEST_CASE("A force or torque that is no number becomes zero, with the other", "[
   SECTION("force endless") {
     bad.rendered.force_N.z() = -kInf;
   }
+  SECTION("force whose norm is endless, at a speed above the limit") {
+    bad.rendered.force_N.setConstant(1.5e308);
+    bad.velocity_m_s.setConstant(10.0);
+  }
   SECTION("torque") {
     bad.rendered.torque_N_m.x() = kNaN;
   }
-  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_speed_m_s = 2.0});
   const Commanded commanded = tick(chain, bad);
   CHECK(commanded.wrench.force_N.isZero(0.0));
   CHECK(commanded.wrench.torque_N_m.isZero(0.0));

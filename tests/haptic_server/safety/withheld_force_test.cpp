@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/haptic_server/safety/safety_input.hpp"
+#include "tests/sanitizer_cut.hpp"
 
 namespace stillgrid::safety::withheld_force_test {
 namespace {
@@ -102,14 +103,14 @@ Felt felt(const Draw& draw) {
 TEST_CASE("What a ramp withheld comes back to a hand that moves, and no swing gives energy",
           "[safety_chain]") {
   int withheld = 0;
-  for (unsigned seed = 1; seed <= 400; ++seed) {
+  for (unsigned seed = 1; seed <= 400 / tests::kCut; ++seed) {
     const Felt run = felt(drawn(seed));
     INFO("seed " << seed);
     CHECK(run.most_given_J <= 1e-9);
     CHECK(run.withheld <= 0.01);
     withheld += run.was_withheld ? 1 : 0;
   }
-  CHECK(withheld > 100);
+  CHECK(withheld > 100 / tests::kCut);
 }
 
 }  // namespace

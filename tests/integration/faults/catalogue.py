@@ -216,7 +216,7 @@ MEMORY = [
     Fault("memory", "sphere's place is 1e30 m", scene=BALL, haptic=HOLD, inject=spoil_sphere(0, 3, 1e30),
           zero_ms=FADE),
     Fault("memory", "sphere's radius is 1e30 m", scene=BALL, haptic=HOLD,
-          inject=spoil_sphere(shared_words.RADIUS, 1, 1e30)),
+          inject=spoil_sphere(shared_words.RADIUS, 1, 1e30), zero_ms=FADE),
     Fault("memory", "sphere's radius is NaN", scene=BALL, haptic=HOLD,
           inject=spoil_sphere(shared_words.RADIUS, 1, float("nan")), zero_ms=FADE),
     Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, haptic=HOLD, inject=spoil_sphere(12, 3, 1e30),

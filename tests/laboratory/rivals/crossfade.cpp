@@ -37,7 +37,7 @@ void CrossfadeRenderer::gather(const rendering::TickScene& scene,
                                const collision::GridView& moving) noexcept {
   const auto gather_snapshot = [&](double alpha, rendering::TouchedSpheres& touched) {
     touched.clear();
-    scene.gather_moving(moving, {{.alpha = alpha}, {.alpha = alpha}}, tool_, touched);
+    scene.gather_moving(moving, {.alpha = alpha}, tool_, touched);
   };
   gather_snapshot(1.0, (*fresh_)[0]);
   gather_snapshot(0.0, (*fresh_)[1]);
@@ -48,8 +48,8 @@ void CrossfadeRenderer::show(const rendering::TickScene& scene,
                              const publication::SnapshotLook& look,
                              rendering::RenderedTick& tick) noexcept {
   const auto force = [&] {
-    return mixed(alpha_, scene.force_of((*touched_)[0], tool_),
-                 scene.force_of((*touched_)[1], tool_));
+    return mixed(alpha_, rendering::tool_force(scene.fixed(), (*touched_)[0], tool_, scene.pose),
+                 rendering::tool_force(scene.fixed(), (*touched_)[1], tool_, scene.pose));
   };
   const rendering::ToolForce as_before = force();
   if (look.accepted()) {

@@ -36,7 +36,7 @@ auto mutable_elements(Sequence& sequence) {
 }
 
 inline void visit(const NumberVisitor& v, const std::string& name,
-                  stillgrid_relay2_FieldState& state) {
+                  stillgrid_relay3_FieldState& state) {
   v.all(name + ".position_m", state.position_m);
   v.all(name + ".orientation_xyzw", state.orientation_xyzw);
   v.all(name + ".velocity_m_s", state.velocity_m_s);
@@ -74,6 +74,7 @@ inline void visit(const NumberVisitor& v, SceneMessage& message) {
     for (std::uint32_t& bricks : f.bricks) v.index("bricks", bricks);
     v.all("centre_m", f.centre_m);
     v.real32("bounding_radius_m", f.bounding_radius_m);
+    v.index("kind", f.kind);
     v.some("coarse", f.coarse);
     v.some("stiffness", f.stiffness);
     v.some("fine", f.fine);

@@ -105,7 +105,7 @@ class ShownHistory {
   std::uint64_t came_ = 0;
   std::vector<std::vector<proto::SphereState>> places_;  // newest first
   std::vector<Label> labels_;
-  std::vector<std::vector<stillgrid_relay2_FieldState>> fields_;
+  std::vector<std::vector<stillgrid_relay3_FieldState>> fields_;
   ToldSnapshot last_;
 };
 

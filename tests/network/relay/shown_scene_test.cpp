@@ -75,8 +75,12 @@ TEST_CASE("A scene with all that there is, bodies that share a field too, is sho
   fixed.name = std::string(GENERATE(0U, 1U, 62U, 63U), 'q');
   fixed.fields[1].body.rest = {
       {0.1F, 0.2F, 0.3F}, {0.0F, 0.6F, 0.0F, 0.8F}, {0.4F, 0.0F, 0.1F}, {0.0F, 0.7F, 0.0F}, 0.0F};
+  for (const float half_m : {0.01F, 0.02F}) {
+    fixed.fields.push_back(publication::published_field(0, 1, 11, publication::test_box(half_m)));
+    fixed.fields.back().body.rest.orientation_xyzw = {0.0F, 0.6F, 0.0F, 0.8F};
+  }
   const Told scene(fixed, 11);
-  REQUIRE(scene.told.message().fields._length == 2);
+  REQUIRE(scene.told.message().fields._length == 4);
   const RelayedScene relayed(scene.told.message());
   CHECK(first_difference(scene.view, relayed.view()) == scene.view.reader().fixed_bytes());
 }

@@ -27,7 +27,7 @@ struct DrawnScene {
     scene.add_sphere(tool, 0.006, {0.012, 0.0, 0.0});
     for (std::size_t s = scene.description.spheres.size() - 2; s < scene.description.spheres.size();
          ++s)
-      scene.description.spheres[s].tool_slip_speed_m_s = 0.05;
+      scene.description.spheres[s].is_tool = true;
     tool_from_m = place();
     tool_speed_m_s = 0.3 * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
     tool_spin_rad_s = 5.0 * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));

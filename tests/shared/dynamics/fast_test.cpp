@@ -94,7 +94,7 @@ TEST_CASE("A tool at 20 m/s strikes a ball on its way", "[fast]") {
   scene.description.materials = {{2e4, 0.0, 0.0}};
   const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), {-0.1 - phase_m, 0.0, 0.0}, true);
   scene.add_sphere(tool, 0.004);
-  scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
+  scene.description.spheres.back().is_tool = true;
   const auto ball = static_cast<std::size_t>(scene.add_ball(kRadius_m, {0.0, 0.0, 0.0}));
   Engine engine = scene.engine();
   for (int tick = 1; tick <= 8; ++tick) {

@@ -29,7 +29,7 @@ EngineScene boxes() {
   scene.description.rigid_bodies[static_cast<std::size_t>(fixture)].is_fixture = true;
   const int tool = scene.add_rigid(0.0, Vector3d::Zero(), Vector3d::Zero(), true);
   scene.add_sphere(tool, 0.005);
-  scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
+  scene.description.spheres.back().is_tool = true;
   return scene;
 }
 std::vector<DrivenPose> tool_at(const Vector3d& position_m) {

@@ -292,11 +292,12 @@ TEST_CASE("A driven body that is away touches nothing", "[dynamics]") {
   CHECK(velocity_of(engine, ball).z() > 0.0);
 }
 
-TEST_CASE("A tool drags by viscous friction below its slip speed", "[dynamics]") {
+TEST_CASE("A tool without a proxy drags by viscous friction below its slip speed", "[dynamics]") {
   constexpr double kSlip_m_s = 0.05, kSpeed_m_s = 0.01, kFriction = 0.5;
   EngineScene scene;
   const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), {0.0, 0.0, 0.0149}, true);
   scene.add_sphere(tool, 0.005);
+  scene.description.spheres.back().is_tool = true;
   scene.description.spheres.back().tool_slip_speed_m_s = kSlip_m_s;
   const int plate = scene.add_rigid(1e6, Eigen::Vector3d::Constant(1e6), Eigen::Vector3d::Zero());
   scene.add_sphere(plate, kRadius_m);

@@ -6,7 +6,9 @@
 #include <set>
 #include <utility>
 
+#include "shared/dynamics/contact_listing.hpp"
 #include "shared/dynamics/row_packer.hpp"
+#include "tests/shared/dynamics/engine_scenes.hpp"
 #include "tests/sim_server/every_target.hpp"
 
 namespace stillgrid::dynamics::near_pairs_test {
@@ -26,18 +28,22 @@ std::vector<Vector4> drawn_balls(std::uint64_t seed, int count, bool has_outlier
   return balls;
 }
 
-TEST_CASE("All pairs of balls that overlap are found, once, however far some are out",
-          "[dynamics]") {
+TEST_CASE(
+    "All pairs of balls that overlap are found, once, however far some are out, but for pairs "
+    "that never move",
+    "[dynamics]") {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const std::vector<Vector4> balls =
         drawn_balls(seed, static_cast<int>(seed * seed % 400), seed % 3 == 0);
+    const std::size_t moving = balls.size() - seed % 4 * balls.size() / 3;
     sim_server::on_every_target([&] {
       NearPairs near;
-      near.find(balls);
+      near.find(balls, balls.size() - moving);
       std::set<std::pair<std::int32_t, std::int32_t>> found;
       for (const NearPair& pair : near.pairs()) {
         const auto a = near.order()[static_cast<std::size_t>(pair.first)];
         const auto b = near.order()[static_cast<std::size_t>(pair.second)];
+        REQUIRE(pair.first < pair.second);
         REQUIRE(found.insert(std::minmax(a, b)).second);
       }
       for (std::size_t i = 0; i < balls.size(); ++i)
@@ -46,11 +52,65 @@ TEST_CASE("All pairs of balls that overlap are found, once, however far some are
           const double overlap = balls[i].w + balls[j].w - distance;
           const bool is_found =
               found.contains({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
-          if (overlap > 0.0) REQUIRE(is_found);
+          if (overlap > 0.0) REQUIRE(is_found == (i < moving));
           if (overlap < -1e-3 && !(seed % 3 == 0)) REQUIRE(!is_found);
         }
     });
   }
+}
+
+TEST_CASE("Balls near a place are found among those that move and those that never do",
+          "[dynamics]") {
+  const std::vector<Vector4> balls = drawn_balls(7, 300, false);
+  NearPairs near;
+  near.find(balls, 200);
+  for (const Vector4& ball : balls) {
+    std::vector<std::int32_t> places;
+    near.append_near(ball, places);
+    CHECK(std::ranges::is_sorted(places));
+    std::set<std::int32_t> found;
+    for (const std::int32_t place : places)
+      found.insert(near.order()[static_cast<std::size_t>(place)]);
+    for (std::size_t j = 0; j < balls.size(); ++j)
+      if ((ball - balls[j]).vector().norm() < ball.w + balls[j].w)
+        CHECK(found.contains(static_cast<std::int32_t>(j)));
+  }
+}
+
+/// A carpet of 40 x 40 driven spheres that never move, and nine balls that touch it.
+EngineScene balls_on_carpet(bool is_fixture) {
+  EngineScene scene;
+  for (int i = 0; i < 9; ++i) scene.add_ball(0.012, {0.18 * (i / 3), 0.18 * (i % 3), 0.0185});
+  const int carpet = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), true);
+  scene.description.rigid_bodies.back().is_fixture = is_fixture;
+  for (int i = 0; i < 1600; ++i)
+    scene.add_sphere(carpet, 0.01, 0.01 * Eigen::Vector3d(i / 40, i % 40, 0));
+  scene.state.is_here.assign(scene.description.rigid_bodies.size(), 1);
+  return scene;
+}
+
+/// Pairs of spheres in the listed rows.
+std::set<std::pair<std::int32_t, std::int32_t>> listed_pairs(const ContactListing& listing) {
+  std::set<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (const RowPlace& place : listing.rows().places)
+    for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+      if (place.stiffness_N_per_m[lane] > 0.0F)
+        pairs.insert(std::minmax(listing.order()[static_cast<std::size_t>(place.sphere_a[lane])],
+                                 listing.order()[static_cast<std::size_t>(place.sphere_b[lane])]));
+  return pairs;
+}
+
+TEST_CASE("Spheres that never move are not compared with each other, and the contacts are the same",
+          "[dynamics]") {
+  const EngineScene fixed = balls_on_carpet(true), driven = balls_on_carpet(false);
+  ContactListing of_fixed(fixed.description), of_driven(driven.description);
+  of_fixed.list(fixed.state, 1e-3);
+  of_driven.list(driven.state, 1e-3);
+  CHECK(listed_pairs(of_fixed) == listed_pairs(of_driven));
+  CHECK(listed_pairs(of_fixed).size() > 30);
+  CHECK(of_fixed.near_pairs() == static_cast<double>(listed_pairs(of_fixed).size()));
+  CHECK(of_driven.comparisons() > 20.0 * 1600.0);
+  CHECK(of_fixed.comparisons() < 1600.0);
 }
 
 TEST_CASE("No row has a mover twice, and every item is in one row", "[dynamics]") {

@@ -271,6 +271,12 @@ TEST_CASE("What contradicts its meaning is no model", "[dynamics]") {
       {"a denormal length", [](auto& m) { m.description.joints[0].rest_length_m = 5e-324; }},
       {"a negative stiffness", [](auto& m) { m.description.joints[1].stiffness_N_per_m = -1; }},
       {"a free fixture", [](auto& m) { m.description.rigid_bodies[0].is_fixture = true; }},
+      {"a fixture at a velocity", [](auto& m) { m.description.rigid_bodies[2].is_fixture = true; }},
+      {"a fixture that swings",
+       [](auto& m) {
+         m.description.rigid_bodies[2].is_fixture = true;
+         m.prescribed[0].velocity_m_s.setZero();
+       }},
       {"a normal that is none", [](auto& m) { m.description.planes[0].normal.x() = 1; }},
       {"no slip speed", [](auto& m) { m.description.materials[1].slip_speed_m_s = 0; }},
       {"negative friction", [](auto& m) { m.description.materials[1].friction = -0.1; }},

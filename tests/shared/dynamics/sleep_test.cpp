@@ -30,7 +30,7 @@ EngineScene stacks() {
       {.first_node = first, .node_count = 4, .rest_speed_m_s = 1.5e-4});
   const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), true);
   scene.add_sphere(tool, 0.005);
-  scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
+  scene.description.spheres.back().is_tool = true;
   return scene;
 }
 std::vector<DrivenPose> tool_at(const Eigen::Vector3d& position_m) {
@@ -97,7 +97,7 @@ TEST_CASE("A block that slept on a slope wakes held as it was", "[sleep]") {
   may_sleep(scene, block);
   const int tool = scene.add_rigid(0.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), true);
   scene.add_sphere(tool, 0.005);
-  scene.description.spheres.back().tool_slip_speed_m_s = 0.05;
+  scene.description.spheres.back().is_tool = true;
   Engine engine = scene.engine(each_method());
   lull(engine);
   const Eigen::Vector3d before = engine.state().rigid_position_m[0].vector();

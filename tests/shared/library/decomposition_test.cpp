@@ -21,7 +21,7 @@ struct Arrays {
 };
 
 Arrays torus() {
-  const mesh::TriangleMesh torus = mesh::torus_mesh(0.05, 0.02, 16, 8);
+  const mesh::TriangleMesh torus = mesh::torus_mesh(0.05, 0.02, 12, 6);
   Arrays arrays;
   for (const Eigen::Vector3d& vertex_m : torus.vertices_m)
     arrays.vertices_m.insert(arrays.vertices_m.end(), vertex_m.begin(), vertex_m.end());
@@ -90,7 +90,7 @@ TEST_CASE("The library makes the spheres and the report of sphere_decompose", "[
   report.erase("time_s");
   report["mesh"].erase("file");
   report["mesh"].erase("scale");
-  report["levels"][0].erase("file");
+  report.erase("file");
   CHECK(told == report);
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("A mesh that has no inside, and fineness that is none, are refused in 
   const auto cover = fineness(0.004, 0, 0);
   const double kNan = std::numeric_limits<double>::quiet_NaN();
   Arrays open = mesh;
-  open.triangles.resize(open.triangles.size() - 3);
+  open.triangles.resize(open.triangles.size() / 6 * 3);  // a half
   CHECK_THAT(line_of(open, cover), Catch::Contains("not closed"));
   Arrays foreign = mesh;
   foreign.triangles[4] = 0xFFFFFFFF;

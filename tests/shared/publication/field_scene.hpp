@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "shared/collision/exact_shape.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
 namespace stillgrid::publication {
@@ -19,16 +20,23 @@ inline double to_test_slab_m(const Eigen::Vector3d& point_m) {
 inline std::shared_ptr<const collision::DistanceField> test_ball() {
   const Eigen::AlignedBox3d box_m(Eigen::Vector3d::Constant(-0.025),
                                   Eigen::Vector3d::Constant(0.025));
-  return std::make_shared<collision::DistanceField>(
+  static const auto ball = std::make_shared<const collision::DistanceField>(
       collision::make_field(box_m, {0.0021, 0.004, 0.006}, to_test_ball_m));
+  return ball;
 }
-/// With a map of stiffness.
+/// Returns a slab with a map of stiffness.
 inline std::shared_ptr<const collision::DistanceField> test_slab() {
   const Eigen::AlignedBox3d box_m(Eigen::Vector3d::Constant(-0.013),
                                   Eigen::Vector3d::Constant(0.013));
-  return std::make_shared<collision::DistanceField>(
+  static const auto slab = std::make_shared<const collision::DistanceField>(
       collision::make_field(box_m, {0.0019, 0.004, 0.006}, to_test_slab_m,
                             [](const Eigen::Vector3d& p) { return 1.0 + 20.0 * p.x(); }));
+  return slab;
+}
+
+inline std::shared_ptr<const collision::DistanceField> test_box(float half_m) {
+  return std::make_shared<collision::DistanceField>(collision::exact_shape(
+      proto::FieldKind::kBox, {double{half_m}, 2.0 * double{half_m}, 0.013}));
 }
 
 inline PublishedField published_field(std::uint32_t moving, std::uint32_t material,
@@ -53,7 +61,7 @@ inline StaticScene field_scene() {
   return scene;
 }
 
-/// What a snapshot n may tell of the field that is the moving-th to move.
+/// Returns a record of the moving-th moving field in snapshot n.
 inline proto::FieldRecord field_record(std::uint32_t moving, std::uint64_t n) {
   proto::FieldRecord record{};
   const auto x = static_cast<float>(n), y = static_cast<float>(moving);

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cstddef>
 
+#include "proto/mouse_segment.hpp"
 #include "proto/scene_segment.hpp"
 #include "proto/tool_segment.hpp"
 #include "shared/publication/segment.hpp"
@@ -13,7 +14,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 13);
+  CHECK(proto::kSegmentVersion == 15);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -49,6 +50,11 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::RelayFigures, longest_silence_ns) == 104);
   CHECK(offsetof(proto::RelayFigures, reserved) == 112);
   CHECK(sizeof(proto::RelayFigures) == 128);
+
+  CHECK(offsetof(proto::MousePose, position_m) == 8);
+  CHECK(offsetof(proto::MousePose, orientation_xyzw) == 32);
+  CHECK(offsetof(proto::MousePose, buttons) == 64);
+  CHECK(sizeof(proto::MousePose) == 72);
 
   CHECK(offsetof(proto::ToolState, tick) == 8);
   CHECK(offsetof(proto::ToolState, path_number) == 16);
@@ -91,12 +97,12 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SceneHeader, tool) == 3112);
   CHECK(offsetof(proto::SceneHeader, field_count) == 80);
   CHECK(offsetof(proto::SceneHeader, fields) == 3368);
-  CHECK(offsetof(proto::SceneHeader, model_offset) == 12480);
-  CHECK(offsetof(proto::SceneHeader, hand_count) == 12504);
-  CHECK(offsetof(proto::SceneHeader, hand) == 12508);
-  CHECK(offsetof(proto::SceneHeader, hands) == 12512);
-  CHECK(sizeof(proto::SceneHeader) == 12608);
-  CHECK(offsetof(proto::SceneHeader, touch_lists) == 12072);
+  CHECK(offsetof(proto::SceneHeader, model_offset) == 73408);
+  CHECK(offsetof(proto::SceneHeader, hand_count) == 73432);
+  CHECK(offsetof(proto::SceneHeader, hand) == 73436);
+  CHECK(offsetof(proto::SceneHeader, hands) == 73440);
+  CHECK(sizeof(proto::SceneHeader) == 73536);
+  CHECK(offsetof(proto::SceneHeader, touch_lists) == 73000);
   CHECK(offsetof(proto::TouchShape, cell_count) == 8);
   CHECK(offsetof(proto::TouchShape, entry_count) == 12);
   CHECK(offsetof(proto::TouchShape, probe_radius_m) == 16);
@@ -132,7 +138,7 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(collision::SweptBound, bounding_radius_m) == 12);
   CHECK(sizeof(collision::SweptBound) == 16);
 
-  CHECK(proto::kMaxFields == 64);
+  CHECK(proto::kMaxFields == 512);
   CHECK(proto::kBrickCoefficients == 216);
   CHECK(proto::kFieldPoint == 0xFFFFFFFF);
   CHECK(offsetof(proto::FieldShape, brick_m) == 12);
@@ -141,6 +147,7 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::FieldShape, centre_m) == 32);
   CHECK(offsetof(proto::FieldShape, bounding_radius_m) == 44);
   CHECK(offsetof(proto::FieldShape, has_stiffness) == 48);
+  CHECK(offsetof(proto::FieldShape, kind) == 52);
   CHECK(sizeof(proto::FieldShape) == 56);
   CHECK(offsetof(proto::FieldState, orientation_xyzw) == 12);
   CHECK(offsetof(proto::FieldState, velocity_m_s) == 28);
@@ -181,7 +188,7 @@ TEST_CASE("A scene segment is its header, its static spheres twice and two slots
   const std::size_t grid_bytes = 512 + 64 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
   const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64;
   const proto::TouchShape& lists = scene.writer().scene().touch_lists;
-  CHECK(lists.offset == (13056 + static_bytes + 63) / 64 * 64);
+  CHECK(lists.offset == (73984 + static_bytes + 63) / 64 * 64);
   const std::size_t list_bytes =
       (std::size_t{lists.cell_count} * 4 + 4 + 63) / 64 * 64 + std::size_t{lists.entry_count} * 32;
   const std::size_t first_slot = (lists.offset + list_bytes + 63) / 64 * 64;
@@ -200,7 +207,7 @@ TEST_CASE("Fields stand behind the touch lists, and their records behind the gri
   const std::size_t static_bytes = 64 * 10 + 2432 + 16 * 13 + 4 * 10;
   const PublishedField &ball = scene.fields[0], &slab = scene.fields[1];
   const proto::TouchShape& lists = writer.scene().touch_lists;
-  CHECK(lists.offset == to_line(13056 + static_bytes));
+  CHECK(lists.offset == to_line(73984 + static_bytes));
   const std::size_t list_bytes =
       to_line(std::size_t{lists.cell_count} * 4 + 4) + std::size_t{lists.entry_count} * 32;
   const std::size_t first = to_line(lists.offset + list_bytes),
@@ -223,7 +230,7 @@ TEST_CASE("A field of known size takes the bytes that docs/protocol.md says", "[
                                 .centre_m = {},
                                 .bounding_radius_m = 0.1F,
                                 .has_stiffness = 1,
-                                .reserved = 0};
+                                .kind = 0};
   const collision::FieldLayout layout = collision::field_layout(shape);
   CHECK(layout.coarse == 0);
   CHECK(layout.numbers * 8 == 4 * 5 * 6 * 7);

@@ -101,7 +101,7 @@ TEST_CASE("Bodies of one shape share its field", "[published_fields]") {
 
   StaticScene scene = field_scene();
   const std::size_t field_bytes = scene.fields[2].field->bytes();
-  scene.fields[2].field = test_ball();
+  scene.fields[2].field = std::make_shared<const collision::DistanceField>(*test_ball());
   FieldWriter other(apart, scene);
   CHECK(other.writer.header().slot_offset[0] - view.header().slot_offset[0] ==
         (field_bytes + 63) / 64 * 64);
@@ -121,6 +121,25 @@ TEST_CASE("Copies of a reader's fields are the writer's, shared as they are",
   const std::size_t bytes = copies[0]->bytes() + copies[1]->bytes();
   CHECK_NOTHROW(copy_fields(view.fields(), bytes));
   CHECK_THROWS_AS(copy_fields(view.fields(), bytes - 8), SegmentError);
+}
+
+TEST_CASE("Exact shapes take no room and are told apart by their sides", "[published_fields]") {
+  const TestSession session;
+  StaticScene scene = small_scene();
+  scene.fields = {published_field(0, 1, 7, test_box(0.01F)),
+                  published_field(0, 0, 8, test_box(0.02F)),
+                  published_field(0, 1, 9, test_box(0.01F))};
+  for (PublishedField& field : scene.fields) field.body.rest.orientation_xyzw = {0, 0, 0, 1};
+  const FieldWriter writer(session, scene);
+  const SceneView view = view_of(session);
+  const auto copies = copy_fields(view.fields(), 0);
+  REQUIRE(copies.size() == 3);
+  CHECK(copies[0] == copies[2]);
+  CHECK(copies[0] != copies[1]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const proto::FieldShape own = copies[i]->shape(), given = scene.fields[i].field->shape();
+    CHECK(std::memcmp(&own, &given, sizeof own) == 0);
+  }
 }
 
 TEST_CASE("A slot tells of each moving field what its snapshot does", "[published_fields]") {
@@ -161,6 +180,8 @@ TEST_CASE("Fields of a shape that none has are refused", "[published_fields]") {
   CHECK(is_refused(1, [](auto& field) { field.shape.bricks = {4000, 4000, 4000}; }));
   CHECK(is_refused(0, [](auto& field) { field.shape.fine_count = 0xFFFFFFFF; }));
   CHECK(is_refused(0, [](auto& field) { field.shape.has_stiffness = 2; }));
+  for (const std::uint32_t kind : {1U, 2U, 3U, proto::kFieldKinds, 0xFFFFFFFFU})
+    CHECK(is_refused(0, [&](auto& field) { field.shape.kind = kind; }));
   for (const float bad : {kNaN, INFINITY, -INFINITY, 1e7F}) {
     CHECK(is_refused(2, [&](auto& field) { field.shape.brick_m = bad; }));
     CHECK(is_refused(2, [&](auto& field) { field.shape.bounding_radius_m = bad; }));
@@ -172,7 +193,7 @@ TEST_CASE("Fields of a shape that none has are refused", "[published_fields]") {
 TEST_CASE("Fields that lead outside of the fixed part are refused", "[published_fields]") {
   CHECK(refusal_when([](auto& scene, auto&) {
           scene.field_count = proto::kMaxFields + 1;
-        }).find("counts 65 fields") != std::string::npos);
+        }).find("counts 513 fields") != std::string::npos);
   CHECK(is_refused(1, [](auto& field) { field.shape.bricks[2] += 400; }));
   CHECK(is_refused(0, [](auto& field) { field.offset += 8; }));
   CHECK(is_refused(0, [](auto& field) { field.offset = 0; }));

@@ -25,6 +25,7 @@ inline publication::StaticScene plain_scene(float stiffness_N_per_m, float tool_
   scene.materials = {{stiffness_N_per_m, damping_N_s_per_m, 0.0F, 1e-3F}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, tool_radius_m}};
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0};
+  scene.tool_slip_speed_m_s = 0.05F;  // no proxy: tests put the tool where they like
   return scene;
 }
 

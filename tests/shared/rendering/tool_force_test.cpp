@@ -57,7 +57,7 @@ TEST_CASE("The force on the probe is what the law gives two spheres, whoever ask
   TouchedSpheres touched;
   touched.spheres[0] = {{0.0, 0.0, 0.0}, {0.05, -0.02, 0.01}, 0.01, 0, 0, false};
   touched.count = 1;
-  const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006, {}}}};
+  const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006}}};
   const Eigen::Vector3d velocity_m_s(-0.1, 0.03, 0.2);
   const Eigen::Vector3d line_m = tool[0].position_m;
   const collision::ContactMaterial material{800.0, 3.0, 0.4F, 0.05F};
@@ -76,7 +76,7 @@ TEST_CASE("A material or tool sphere that does not exist adds nothing", "[tool_f
   touched.spheres[0] = {{0, 0, 0}, {0, 0, 0}, 0.01, 1, 0, false};
   touched.spheres[1] = {{0, 0, 0}, {0, 0, 0}, 0.01, 0, 1, false};
   touched.count = 2;
-  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0, 0}, 0.006, {}}}};
+  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0, 0}, 0.006}}};
   CHECK(tool_force(header, touched, tool, {}).contacts == 0);
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
   collision::VoxelGrid grid(0, 1);
   grid.records()[0] = collision::static_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
   grid.enter(collision::history_bounds(grid.records()), 1.0F);
-  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005, {0.001, 0.0, 0.0}}}};
+  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005}}};
   const auto touched_with = [&](float x_m, float speed_m_s) {
     const proto::SphereState snapshot{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
     grid.records()[0].newest = snapshot;  // words changed after the sphere was entered

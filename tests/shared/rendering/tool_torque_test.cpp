@@ -26,7 +26,7 @@ std::vector<PlacedToolSphere> placed(const ToolPose& pose,
   std::vector<PlacedToolSphere> tool;
   for (const Eigen::Vector3d& p : spheres_m) {
     const Eigen::Vector3d at_m = pose.position_m + pose.orientation * p;
-    tool.push_back({at_m, radius_m, at_m});
+    tool.push_back({at_m, radius_m});
   }
   return tool;
 }
@@ -92,7 +92,7 @@ TEST_CASE("Tool and touched sphere get opposite forces at one point, whoever is 
       TouchedSpheres touched;
       touched.spheres[0] = {other_m, other_m_s, other_radius_m, 0, 0, false};
       touched.count = 1;
-      const std::array<PlacedToolSphere, 1> tool{{{tool_m, tool_radius_m, tool_m}}};
+      const std::array<PlacedToolSphere, 1> tool{{{tool_m, tool_radius_m}}};
       return tool_force(scene, touched, tool, pose);  // moments about the scene's origin
     };
     const ToolForce on_a =

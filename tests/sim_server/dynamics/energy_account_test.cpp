@@ -159,6 +159,7 @@ TEST_CASE("A tool that comes and goes inside a body brings and takes the contact
   scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                                                        sim_server::material_of(100.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;
   Simulation simulation(scene);
   simulation.account_energy();
   const double held_J = 0.5 * 100.0 * kDepth_m * kDepth_m;
@@ -186,6 +187,7 @@ TEST_CASE(
        sim_server::thread(5, {-0.03, 0, 0.012}, {0.03, 0.004, 0.012}, 0.02, 90.0, {0})},
       sim_server::material_of(700.0, 0.8, 0.3), {0, 0, -9.81});
   scene.tool = {{Eigen::Vector3d::Zero(), 0.006}, {{0.009, 0, 0}, 0.005}};
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   simulation.account_energy();
@@ -212,6 +214,7 @@ double numerical_share(const scene::IntegratorKind& integrator, double step_s) {
       sim_server::scene_of({sim_server::thread(2, {-0.1, 0, 0}, {0, 0, 0}, 0.1, 5000.0, {0})},
                            sim_server::material_of(700.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   simulation.account_energy();

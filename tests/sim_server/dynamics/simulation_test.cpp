@@ -78,10 +78,12 @@ TEST_CASE("A prescribed body is where its motion says at every step's end", "[si
   CHECK(simulation.world().rigid_bodies[1].velocity_m_s.z() > 0.1);  // it was struck
 }
 
-TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulation]") {
+TEST_CASE("A tool without a proxy pushes what it touches, as the contact law says",
+          "[simulation]") {
   scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                                                        sim_server::material_of(100.0));
   scene.tool = {{Eigen::Vector3d(0, 0, 0.005), 0.01}};
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;
   Simulation simulation(scene);
   // Turned upside down the tool's sphere is 15 mm below the ball: 5 mm deep.
   const ToolSample sample{77, {0, 0, -0.01}, Eigen::Quaterniond(0, 1, 0, 0), {0, 0, 0}};
@@ -95,10 +97,11 @@ TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulati
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.z() == Approx(expected_m_s));
 }
 
-TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
+TEST_CASE("A rubbing tool without a proxy drags what it touches along", "[simulation]") {
   scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                                                        sim_server::material_of(100.0, 0.0, 0.5));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.tool_slip_speed_m_s = scene::kPenaltySlip_m_s;
   scene.method.tolerance_m_s = 1e-11;  // of speeds of a quarter of a millimetre a second
   Simulation simulation(scene);
 

@@ -242,7 +242,7 @@ TEST_CASE("CVODE accounts for energy: a tool that pushes a damped ball over a ro
   const EnergyAccount account = *simulation.energy_account();
   REQUIRE(simulation.world().rigid_bodies[0].position_m.x() > 0.03);
   CHECK(account.flow.given_J > 1e-3);
-  CHECK(account.flow.tool_J[0] == Approx(account.flow.given_J));
+  CHECK(account.flow.tool_J[0] == Approx(account.flow.given_J).epsilon(1e-4));
   CHECK(account.flow.contact_damping_J > 0.0);
   CHECK(account.flow.friction_J > 0.0);
   CHECK(std::abs(account.numerical_J()) < 1e-3 * account.flow.given_J);
@@ -253,6 +253,23 @@ TEST_CASE("A state that is not finite is told", "[sundials]") {
   simulation.world().nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
 
   CHECK_THROWS_AS(simulation.step(0.01, no_tool), std::domain_error);
+}
+
+TEST_CASE("A tick that takes too much work ends the run, and the world stays where it was",
+          "[sundials]") {
+  Simulation simulation(integrated(
+      sim_server::scene_of({sim_server::moving(sim_server::sphere({0, 0, 0.0199}, 0.02, 0.05),
+                                               {0, 0, 0}, {0, 0, 1e6}),
+                            sim_server::floor_at(0.0)},
+                           sim_server::material_of(1000.0, 1.0, 0.6), {0, 0, -9.81}),
+      1e-4));
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
+  const Eigen::Vector3d before_m = ball.position_m;
+
+  CHECK_THROWS_WITH(simulation.step(0.01, no_tool),
+                    Catch::Contains("cvode_bdf takes more than 20000 steps and products"));
+  CHECK(ball.position_m == before_m);
+  CHECK(simulation.world().time_s == 0.0);
 }
 
 TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {

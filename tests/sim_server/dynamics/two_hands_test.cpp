@@ -79,6 +79,7 @@ TEST_CASE("A hand that is the only one feels the same whether it has a name or n
           "[two_hands]") {
   scene::SceneDescription named = held_ball(1), plain = held_ball(0);
   plain.tool = named.hands[0].tool;
+  plain.tool_slip_speed_m_s = named.hands[0].tool_slip_speed_m_s;
   Simulation one(named), other(plain);
   for (int i = 0; i < 30; ++i) {
     const double x_m = -0.0195 + 2e-4 * i;

@@ -74,6 +74,23 @@ TEST_CASE("A field errs by less than a cell, at whatever edge", "[mesh_field]") 
   CHECK(worst_error(solid, fineness_of(solid, 0.031, 0.07, 0.11), seed, 3000) < kBlunt);
 }
 
+TEST_CASE("Default cells follow from tool, thickness and size, and stay within a bound of memory",
+          "[mesh_field]") {
+  const auto cell_m = [](const Vector3d& size_m, double tool_m) {
+    return default_cell_m(mesh::box_mesh(Vector3d::Zero(), size_m), tool_m, tool_m, tool_m);
+  };
+  CHECK(cell_m({0.1, 0.1, 0.1}, 0.004) == Approx(0.002));
+  CHECK(cell_m({0.1, 0.1, 0.1}, 0.05) == Approx(0.1 / 32.0));
+  CHECK(cell_m({0.1, 0.1, 0.002}, 0.004) == Approx(0.001).epsilon(0.05));
+  // A tool of 1 mm on a body of 1 m asks for more than the bound.
+  const mesh::TriangleMesh large = mesh::box_mesh(Vector3d::Zero(), {1.0, 0.7, 0.4});
+  const double tool_m = 0.001, wide_m = default_cell_m(large, tool_m, tool_m, tool_m);
+  const auto field =
+      make_mesh_field(large, {wide_m, std::max(tool_m, wide_m), tool_m + 4.0 * wide_m});
+  CHECK(static_cast<double>(field.bytes()) < kDefaultFieldBytes);
+  CHECK(static_cast<double>(field.bytes()) > 0.5 * kDefaultFieldBytes);
+}
+
 TEST_CASE("A field of a real mesh errs by less than a cell", "[mesh_field]") {
   const char* const named = std::getenv("STILLGRID_DATA");
   const std::filesystem::path folder =

@@ -1,6 +1,7 @@
 #include "sim_server/mesh/mesh_repair.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "sim_server/mesh/mass_properties.hpp"
@@ -100,11 +101,40 @@ TEST_CASE("Pieces that touch in one point are set apart there", "[mesh_repair]")
   CHECK(volume_m3(closed) == Approx(2.0));
 }
 
+TEST_CASE("Small holes are closed: a missing triangle, or a hundredth of the surface",
+          "[mesh_repair]") {
+  TriangleMesh cube = cube_mesh();
+  cube.triangles.pop_back();
+  const ClosedMesh closed = make_closed(cube, "cube");
+  CHECK(closed.repair.holes.count == 1);
+  CHECK(closed.repair.holes.longest_border_m == Approx(2.0 + std::sqrt(2.0)));
+  CHECK(volume_m3(closed) == Approx(1.0));
+
+  // Two round holes of a ball, at its poles.
+  const auto without_caps = [](int rows) {
+    TriangleMesh ball = ball_mesh(1.0, 32, 24);
+    ball.triangles.resize(ball.triangles.size() - 64);
+    ball.triangles.resize(ball.triangles.size() - static_cast<std::size_t>(64 * rows));
+    ball.triangles.erase(ball.triangles.begin(), ball.triangles.begin() + 64 * rows);
+    return ball;
+  };
+  const ClosedMesh ball = make_closed(without_caps(1), "ball");
+  CHECK(ball.repair.holes.count == 2);
+  CHECK(ball.components == 1);
+  CHECK(volume_m3(ball) ==
+        Approx(volume_m3(make_closed(ball_mesh(1.0, 32, 24), "whole"))).epsilon(1e-3));
+  CHECK_THROWS_AS(make_closed(without_caps(6), "ball"), NotSolid);
+
+  TriangleMesh alone = cube_mesh();
+  alone.triangles.resize(1);
+  CHECK_THROWS_AS(make_closed(alone, "alone"), NotSolid);
+}
+
 TEST_CASE("What cannot be repaired is refused with reason and counts", "[mesh_repair]") {
   TriangleMesh open = cube_mesh();
-  open.triangles.pop_back();
+  open.triangles.resize(10);
   CHECK_THROWS_WITH(make_closed(open, "a.obj"),
-                    Contains("a.obj: not closed: 3 boundary edges (of one face), 0 non-manifold"));
+                    Contains("a.obj: not closed: 4 boundary edges (of one face), 0 non-manifold"));
 
   TriangleMesh fin = cube_mesh();
   fin.vertices_m.push_back({2, 2, 2});

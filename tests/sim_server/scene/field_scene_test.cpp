@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -10,7 +9,6 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
-#include "sim_server/spheres/felt_error.hpp"
 #include "tests/test_folder.hpp"
 
 namespace stillgrid::scene::field_scene_test {
@@ -34,7 +32,7 @@ std::string body_with(const std::string& motion) {
 const std::string kBody = body_with("mass_kg = 2.0\n");
 const std::string kStill = body_with("motion = 'static'\n");
 const std::string kContact = "contact = 'field'\n";
-const std::string kAuto = "contact = 'auto'\n";
+const std::string kSpheres = "contact = 'spheres'\n";
 const std::string kField = kContact + "field = { cell_m = 0.001 }\n";
 
 struct Scenes {
@@ -82,12 +80,17 @@ TEST_CASE("A mesh that is met through its field has points where it moves, and n
   CHECK(world.materials[static_cast<std::size_t>(met.material)].stiffness_N_per_m == 200.0);
   // A quarter turn about z: the middle of the brick's far face, and outwards there.
   const Vector3d face_m = Vector3d(1 - 0.01, 2 + 0.04, 3.005);
+  if (!is_static) {
+    CHECK(met.position_m.isZero(0.0));
+    CHECK(met.orientation.coeffs() == Eigen::Quaterniond::Identity().coeffs());
+  }
+  const Vector3d origin_m = is_static ? met.position_m : world.rigid_bodies[0].position_m;
+  const Eigen::Quaterniond turn = is_static ? met.orientation : world.rigid_bodies[0].orientation;
   const auto contact = collision::field_contact(
-      met.field->view(),
-      met.orientation.conjugate() * (face_m + Vector3d(0, 0.003, 0) - met.position_m), 0.005);
+      met.field->view(), turn.conjugate() * (face_m + Vector3d(0, 0.003, 0) - origin_m), 0.005);
   REQUIRE(contact);
   CHECK(contact->depth_m == Approx(0.002).margin(1e-7));
-  CHECK((met.orientation * contact->normal).isApprox(Vector3d::UnitY(), 1e-4));
+  CHECK((turn * contact->normal).isApprox(Vector3d::UnitY(), 1e-4));
   if (is_static) return;
   const bodies::RigidBody& rigid = world.rigid_bodies[0];
   CHECK(rigid.inertia_kg_m2.isApprox(2.0 * Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
@@ -138,7 +141,8 @@ TEST_CASE("A wider band makes more of a field fine", "[field_scene]") {
         .fine_count;
   };
   CHECK(bricks(", band_m = 0.001") < bricks(", band_m = 0.004"));
-  CHECK(bricks("") == bricks(", band_m = 0.005"));  // as far as the tool reaches
+  // A radius of the tool and two cells: so far is its proxy from the surface.
+  CHECK(bricks("") == bricks(", band_m = 0.006"));
 }
 
 TEST_CASE("A map of stiffness is in the mesh's frame, wherever the body stands, and does no work",
@@ -233,25 +237,18 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
   const std::string springs =
       "spring_stiffness_N_per_m = { structural = 10.0, shear = 5.0 }\nlattice_m = 0.01\n";
   const Fault faults[] = {
-      {"contact = 'blobs'\n",
-       "10:11: body.contact: value 'blobs': expected one of spheres, field, auto"},
+      {"contact = 'auto'\n", "10:11: body.contact: value 'auto': expected one of field, spheres"},
       {"field = { cell_m = 0.001 }\nspheres = { tolerance_m = 0.002 }\n",
-       "10:9: body.field: value {...}: expected no such key but beside contact = \"field\""},
-      {"spheres = { tolerance_m = 0.002 }\nforce_error = 0.1\n",
-       "11:15: body.force_error: value 0.1: expected no such key but beside contact = \"auto\""},
-      {kAuto + "normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
-       "11:13: body.normalise: value {...}: expected no such key beside contact = \"auto\", which"},
-      {kAuto + "force_error = '0jnd'\n",
-       "11:15: body.force_error: value '0jnd': expected a share of the force above 0, at most"},
-      {kAuto + "force_error = '1 jnd'\n",
-       "11:15: body.force_error: value '1 jnd': expected a share"},
-      {kAuto + "force_error = 2000\n", "11:15: body.force_error: value 2000: expected a share of"},
-      {kAuto + springs,
-       "10:11: body.contact: value 'auto': expected \"spheres\": a soft mesh deforms, which no"},
-      {kAuto + "field = { cell_m = 0.00005, band_m = 0.01 }\n",
-       "11:1: body.field.cell_m: value 5e-05: expected cells of a field that can be held; a "
-       "field "},
-      {kContact, "3:1: body.field.cell_m: value missing: expected a number from 1e-9"},
+       "10:9: body.field: value {...}: expected no such key of a mesh that is met by spheres"},
+      {kSpheres, "3:1: body.spheres.tolerance_m: value missing: expected a number from 1e-9"},
+      {"force_error = 0.1\n",
+       "10:15: body.force_error: value 0.1: expected no such key: write field = { cell_m = ... }"},
+      {"normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
+       "10:13: body.normalise: value {...}: expected no such key: the force at rest is stiffness "
+       "times depth whatever the spheres (body 'b')"},
+      {"spheres = { feel = '1jnd' }\n",
+       "10:20: body.spheres.feel: value '1jnd': expected no such key: write tolerance_m, or no "
+       "`spheres` for a field (body 'b')"},
       {kContact + "field = { cell_m = 1e-6 }\n",
        "11:20: body.field.cell_m: value 1e-06: expected a thousandth to a tenth of the mesh's"},
       {kContact + "field = { cell_m = 0.005 }\n",
@@ -278,8 +275,6 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
        "100 N/m"},
       {kField + "spheres = { tolerance_m = 0.002 }\n",
        "12:11: body.spheres: value {...}: expected no such key beside contact = \"field\""},
-      {kField + "normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
-       "12:13: body.normalise: value {...}: expected no such key beside contact = \"field\""},
       {kField + springs,
        "10:11: body.contact: value 'field': expected \"spheres\": a soft mesh deforms, which no"},
       {kContact + "field = { cell_m = 0.00005, band_m = 0.01 }\n",
@@ -297,82 +292,41 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
   }
 }
 
-TEST_CASE("A choice is of the cheapest model that keeps the error, whoever asks", "[field_scene]") {
+TEST_CASE("A mesh that keeps its shape has a field by default, of cells that follow from lengths",
+          "[field_scene]") {
   const Scenes scenes;
-  const auto chosen = [&](const std::string& keys, const std::string& of = kStill) {
-    const SceneDescription scene = scenes.load(kMaterial + of + kAuto + keys);
-    const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
-    REQUIRE(std::ranges::count(mesh.contacts, std::string(), &choice::Record::refusal) == 1);
-    return *std::ranges::find(mesh.contacts, std::string(), &choice::Record::refusal);
+  const auto cell_m = [](const SceneDescription& scene) {
+    return double{field_of(scene).shape().brick_m} / proto::kBrickCells;
   };
-  const choice::Record by_default = chosen("");
-  CHECK(by_default.name.starts_with("field"));
-  CHECK(*by_default.error_share <= 0.07);
-  for (const char* same :
-       {"", "force_error = '1jnd'\n", "force_error = 0.07\n", "force_error = '7%'\n"})
-    CHECK(choice::json_line(chosen(same)) == choice::json_line(by_default));
-  // Who may err much is met through less.
-  const choice::Record rough = chosen("force_error = 5\n");
-  CHECK(rough.work_per_ms <= by_default.work_per_ms);
-  CHECK(rough.bytes < by_default.bytes);
-  // A body that moves pays for each of its spheres in every step.
-  CHECK(chosen("force_error = 5\n", kBody).work_per_ms > rough.work_per_ms);
+  const std::string body = GENERATE(kBody, kStill);
+  const SceneDescription scene = scenes.load(kMaterial + body);
+  CHECK(cell_m(scene) == Approx(0.04 / 32.0));  // the brick's longest side
+  CHECK(cell_m(scenes.load(kMaterial + body + "[tool]\nradius_m = 0.002\n")) == Approx(0.001));
+  CHECK(cell_m(scenes.load(kMaterial + body + "field = { cell_m = 0.002 }\n")) == Approx(0.002));
+  CHECK(field_of(scene).words().size() == field_of(scenes.load(kMaterial + body)).words().size());
 }
 
-TEST_CASE("A choice may be limited to one field and given spheres", "[field_scene]") {
+TEST_CASE("A mesh has spheres where they are asked for, or where it deforms", "[field_scene]") {
   const Scenes scenes;
-  const SceneDescription scene =
-      scenes.load(kMaterial + kStill + kAuto +
-                  "field = { cell_m = 0.002 }\n"
-                  "spheres = { surface_spacing_m = 0.01 }\nforce_error = 1e-6\n");
-  const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
-  REQUIRE(mesh.contacts.size() == 2);
-  CHECK(mesh.contacts[0].name == "field, cells of 2 mm");
-  CHECK(mesh.contacts[1].name == "spheres as given");
-  // Where none keeps the error the most accurate is taken, and a note says so.
-  CHECK(mesh.contacts[0].refusal.empty());
-  CHECK(*mesh.contacts[0].error_share < *mesh.contacts[1].error_share);
-  CHECK(mesh.field != nullptr);
-  CHECK(std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
-    return note.find("no model errs by at most") != std::string::npos;
-  }));
-}
-
-TEST_CASE("Spheres that are chosen are as stiff as errs least", "[field_scene]") {
-  const Scenes scenes;
-  const SceneDescription scene = scenes.load(kMaterial + kStill + kAuto +
-                                             "force_error = 900\n"
-                                             "field = { cell_m = 0.004 }\n");
-  const bodies::BodyDescription& body = scene.bodies.at(0);
-  const auto& mesh = std::get<bodies::RigidMeshBody>(body.shape);
-  REQUIRE(mesh.field == nullptr);
-  const bodies::World world = build_world(scene);
-  CHECK(world.fields.empty());
-  CHECK(world.static_spheres.size() == mesh.balls.size());
-  const mesh::MeshDistance distance(mesh.surface);
-  const auto places = spheres::press_everywhere(mesh.surface, distance, 2000, 0.005,
-                                                std::array{0.000625, 0.00125, 0.0025});
-  const spheres::BallBody balls = spheres::make_ball_body(mesh.balls, 0.005);
-  const auto error = [&](double scale) {
-    return spheres::unscaled_error(places,
-                                   [&](const Vector3d& tool_m) -> Vector3d {
-                                     return scale * body.stiffness_scale *
-                                            spheres::unit_force_m(balls, tool_m);
-                                   })
-        .share;
-  };
-  CHECK(error(1.0) < error(0.97));
-  CHECK(error(1.0) < error(1.03));
+  const std::string spheres = "spheres = { volume_spacing_m = 0.005 }\n";
+  const std::string springs =
+      "spring_stiffness_N_per_m = { structural = 10.0, shear = 5.0 }\nlattice_m = 0.01\n";
+  for (const std::string& keys : {spheres, "contact = 'spheres'\n" + spheres, spheres + springs,
+                                  kSpheres + spheres + springs}) {
+    const SceneDescription scene = scenes.load(kMaterial + kBody + keys);
+    CHECK(bodies::field_of(scene.bodies.at(0)) == nullptr);
+    CHECK(bodies::balls_of(scene.bodies[0]).size() == 64);
+  }
 }
 
 TEST_CASE("A scene has at most as many fields as a segment", "[field_scene]") {
   const Scenes scenes;
   std::string text = kMaterial;
   for (unsigned i = 0; i <= proto::kMaxFields; ++i) {
-    std::string body = kBody + kContact + "field = { cell_m = 0.004 }\n";
-    text += body.replace(body.find("'b'"), 3, "'" + std::to_string(i) + "'");
+    text += "[[body]]\nname = '" + std::to_string(i) +
+            "'\nkind = 'rigid_box'\nsize_m = [0.1, 0.1, 0.1]\nmotion = 'static'\nmaterial = 'm'\n";
   }
-  CHECK(scenes.refusal(text).find("body.contact: value 'field': expected at most 64 fields") !=
+  CHECK(scenes.refusal(text).find("body.kind: value 'rigid_box': expected at most 512 fields") !=
         std::string::npos);
 }
 

@@ -93,6 +93,21 @@ kind = "plane"
 point_m = [0.0, 0.0, -1.0]
 normal = [0.0, 3.0, 4.0]
 material = "hard"
+[[body]]
+name = "hammer"
+kind = "compound"
+position_m = [0.0, 2.0, 0.0]
+mass_kg = 0.3
+material = "hard"
+[[body.shape]]
+kind = "box"
+size_m = [0.03, 0.03, 0.08]
+orientation_xyzw = [0.0, 0.6, 0.0, 0.8]
+[[body.shape]]
+kind = "cylinder"
+radius_m = 0.01
+length_m = 0.2
+position_m = [0.0, 0.0, -0.1]
 [[joint]]
 name = "hinge"
 body = "box"

@@ -32,16 +32,15 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// A brick of 4 x 2 x 1 whose lowest corner is the origin; without its last face if open.
+/// A brick of 4 x 2 x 1 whose lowest corner is the origin; without a side if open.
 std::string brick(bool open = false) {
   std::string text;
   for (int i = 0; i < 8; ++i)
     text += "v " + std::to_string(4 * (i & 1)) + ' ' + std::to_string(i & 2) + ' ' +
             std::to_string(i >> 2) + '\n';
   text +=
-      "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\n"
-      "f 2 4 8\n";
-  return open ? text : text + "f 2 8 6\n";
+      "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\n";
+  return open ? text : text + "f 2 4 8\nf 2 8 6\n";
 }
 
 /// Three balls in a row along the brick's middle, at a scale of a hundredth.
@@ -122,6 +121,22 @@ TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within 
   CHECK(pinned("pinned = [2, 0, 2]\n") == std::vector<int>{0, 2});
 }
 
+TEST_CASE("A soft mesh without spheres has even ones, and a note of the force that crushes it",
+          "[mesh_scene]") {
+  const TemporaryFile mesh(brick(), ".obj");
+  const std::string text = kBefore + file_line(mesh.name()) + kSprings + "lattice_m = 0.005\n";
+  const SceneDescription scene = scene_of(text),
+                         by_key = scene_of(text + "spheres = { surface_spacing_m = 0.0025 }\n");
+  const auto balls = bodies::balls_of(scene.bodies.at(0));
+  const auto same = bodies::balls_of(by_key.bodies.at(0));
+
+  CHECK(balls.size() == same.size());
+  CHECK(balls.size() > 200);  // on 28 cm^2
+  for (const spheres::Ball& ball : balls) CHECK(ball.radius_m <= 0.0025);
+  REQUIRE(scene.notes.size() == 2);
+  CHECK(scene.notes[1] == "body 'b': a tool may crush it by more than 0.1 N");
+}
+
 TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj");
   const SceneDescription scene =
@@ -129,31 +144,8 @@ TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[
 
   const std::size_t count = bodies::balls_of(scene.bodies.at(0)).size();
   CHECK(count > 1);
-  REQUIRE(scene.notes.size() == 2);
+  REQUIRE(scene.notes.size() == 1);
   CHECK(scene.notes[0].starts_with("body 'b': " + std::to_string(count) + " spheres within 0.00"));
-  // 20 spheres for a brick: its edges are far from them.
-  CHECK(scene.notes[1].starts_with("body 'b': a tool of 0.005 m feels the spheres "));
-  CHECK(scene.notes[1].find(" JND from the mesh, with holes at ") != std::string::npos);
-  CHECK(
-      scene.notes[1].ends_with("worse than the nearest face; feel = \"0.7jnd\" or "
-                               "surface_spacing_m comes nearer"));
-}
-
-TEST_CASE("A scene's mesh is as many spheres as feel as near to it as asked, at their stiffness",
-          "[mesh_scene]") {
-  const TemporaryFile mesh(brick(), ".obj");
-  const std::string before = kBefore + file_line(mesh.name()) + "spheres = { feel = ";
-  const SceneDescription scene = scene_of(before + "'3.5jnd', tool_radius_m = 0.006 }\n");
-  REQUIRE(scene.notes.size() == 2);
-  CHECK(scene.notes[1].starts_with("body 'b': force on a tool of 0.006 m within "));
-  CHECK(scene.notes[1].ends_with(" of the mesh's"));
-  CHECK(scene.bodies.at(0).stiffness_scale > 0.0);
-  CHECK(scene.bodies.at(0).stiffness_scale < 1.0);
-  CHECK_THAT(refusal_of(before + "'5' }\n"),
-             Catch::Contains("10:20: body.spheres.feel: value '5': expected a share of the force, "
-                             "such as 5%, 0.05 or 0.7jnd"));
-  CHECK_THAT(refusal_of(before + "'1jnd', lattice = 4 }\n"),
-             Catch::Contains("body.spheres.lattice: value 4: expected no such key here"));
 }
 
 TEST_CASE("A scene samples a mesh evenly, below its surface or through its volume",
@@ -182,25 +174,6 @@ TEST_CASE("A mesh relative to the scene's folder is found", "[mesh_scene]") {
   CHECK(refusal_of(kBefore + file_line(name) + spheres_line(spheres)).empty());
 }
 
-TEST_CASE("A normalised body has a stiffness of its own, smaller the more spheres there are",
-          "[mesh_scene]") {
-  const TemporaryFile mesh(brick(), ".obj");
-  const auto scale_of = [&](int spheres, const std::string& more = "") {
-    std::string rows = "x_m,y_m,z_m,radius_m\n";
-    for (int i = 0; i < spheres; ++i)
-      rows += std::to_string(0.005 + 0.03 * i / (spheres - 1)) + ",0.01,0.005,0.01\n";
-    const TemporaryFile file(rows, ".csv");
-    return scene_of(kBefore + file_line(mesh.name()) + spheres_line(file) +
-                    "normalise = { tool_radius_m = 0.005, press_depth_m = 0.004 }\n" + more)
-        .bodies.at(0)
-        .stiffness_scale;
-  };
-
-  // Contacts add up: five times the spheres on the same line.
-  CHECK(scale_of(25) == Approx(scale_of(5) / 5.0).epsilon(0.1));
-  CHECK(scale_of(5, "stiffness_scale = 3.0\n") == 3.0 * scale_of(5));
-}
-
 TEST_CASE("Materials and bodies of a stiffness of their own together are at most 64",
           "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
@@ -211,12 +184,39 @@ TEST_CASE("Materials and bodies of a stiffness of their own together are at most
   const std::string body =
       "[[body]]\nname = 'b'\nkind = 'mesh'\nmaterial = '0'\nmass_kg = 1\nscale = 0.01\n" +
       file_line(mesh.name()) + spheres_line(spheres);
-  const std::string normalise = "normalise = { tool_radius_m = 0.005, press_depth_m = 0.004 }\n";
 
   CHECK(refusal_of(materials + body).empty());
-  CHECK(refusal_of(materials + body + normalise)
-            .find("body.normalise: value {...}: expected at most 64 materials and bodies of") !=
+  CHECK(refusal_of(materials + body + "stiffness_scale = 2.0\n")
+            .find("body.stiffness_scale: value 2: expected at most 64 materials and bodies of") !=
         std::string::npos);
+}
+
+TEST_CASE("A small hole of a mesh is closed, with a line that says so", "[mesh_scene]") {
+  std::string text = brick();
+  text.resize(text.size() - 8);  // the last face
+  const TemporaryFile mesh(text, ".obj");
+  const SceneDescription scene = scene_of(kBefore + file_line(mesh.name()));
+  CHECK(bodies::field_of(scene.bodies.at(0)) != nullptr);
+  REQUIRE(scene.notes.size() == 2);
+  CHECK(scene.notes[0] == "body 'b': small holes closed: 1, the longest border 0.0524 m");
+}
+
+TEST_CASE("A rigid mesh that bounds no solid is a shell, with the inertia of its area",
+          "[mesh_scene]") {
+  const TemporaryFile sheet("v 0 0 0\nv 4 0 0\nv 4 2 0\nv 0 2 0\nf 1 2 3 4\n", ".obj");
+  const SceneDescription scene = scene_of(kBefore + file_line(sheet.name()));
+  const auto& rigid = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
+  // b^2 / 12 and a^2 / 12 of 40 and 20 mm, and their sum.
+  CHECK(rigid.inverse_inertia_per_kg_m2.isApprox(Eigen::Vector3d(4e-4, 16e-4, 20e-4) / 12.0));
+  CHECK(rigid.field == nullptr);
+  REQUIRE(scene.notes.size() == 1);
+  CHECK(scene.notes[0].find("not closed: 4 boundary edges") != std::string::npos);
+  CHECK(scene.notes[0].find(": a thin shell of " + std::to_string(rigid.balls.size()) +
+                            " spheres of 0.000625 m") != std::string::npos);
+  for (const char* const key :
+       {"field = {}\n", "contact = 'field'\n", "spheres = { tolerance_m = 0.001 }\n"})
+    CHECK(
+        refusal_of(kBefore + file_line(sheet.name()) + key).starts_with("9:8: body.file: value '"));
 }
 
 TEST_CASE("A mesh that bounds no solid is refused in one line at its file", "[mesh_scene]") {
@@ -235,7 +235,6 @@ TEST_CASE("A mesh that bounds no solid is refused in one line at its file", "[me
 TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv"),
       nonsense("x,y,z,radius\n", ".csv"),
-      deep("x_m,y_m,z_m,radius_m\n0.02,0.01,0.005,0.001\n", ".csv"),
       strays("x_m,y_m,z_m,radius_m\n0.5,1,0.5,0.5\n0.01,0.01,0.005,0.005\n", ".csv");
   const std::string before = kBefore + file_line(mesh.name());
   const std::string whole = before + spheres_line(spheres);
@@ -246,7 +245,6 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
       {kBefore, "3:1: body.file: value missing: expected the path of a file"},
       {kBefore + "file = 3\n", "9:8: body.file: value 3: expected the path of a file, found"},
       {kBefore + "file = ''\n", "9:8: body.file: value '': expected the path of a file"},
-      {before, "3:1: body.spheres.tolerance_m: value missing: expected a number from 1e-9"},
       {before + "spheres = { tolerance_m = 1e-6 }\n",
        "10:27: body.spheres.tolerance_m: value 1e-06: expected at least a thousandth"},
       {before + "spheres = { tolerance_m = 0.01, file = 'x.csv' }\n",
@@ -269,6 +267,9 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
       {whole + "motion = 'prescribed'\nvelocity_m_s = [1, 0, 0]\n" + kSprings,
        "11:10: body.motion: value 'prescribed': expected one of free, static"},
       {whole + kSprings, "3:1: body.lattice_m: value missing: expected a number from 1e-9"},
+      {before + kSprings + "lattice_m = 0.1\n",
+       "11:13: body.lattice_m: value 0.1: expected at most twice the body's thickness, or "
+       "`spheres`"},
       {whole + kSprings + "lattice_m = 1e-5\n",
        "12:13: body.lattice_m: value 1e-05: expected a lattice of at most 100000 nodes"},
       {whole + kSprings + "lattice_m = 0.01\npinned = 'top'\n",
@@ -279,11 +280,6 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
        "13:10: body.pinned: value {...}: expected a box with a node of the body in it"},
       {whole + kSprings + "lattice_m = 0.01\npinned = { low_m = [5, 5, 5] }\n",
        "13:10: body.pinned.high_m: value missing: expected 3 numbers"},
-      {whole + "normalise = { tool_radius_m = 0.005 }\n",
-       "11:13: body.normalise.press_depth_m: value missing: expected a number from 1e-9"},
-      {before + spheres_line(deep) +
-           "normalise = { tool_radius_m = 0.001, press_depth_m = 1e-7 }\n",
-       "11:54: body.normalise.press_depth_m: value 1e-07: expected a depth with a force; "},
   };
   for (const Fault& fault : faults) {
     const std::string line = refusal_of(fault.text);

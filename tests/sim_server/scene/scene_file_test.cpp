@@ -118,7 +118,7 @@ TEST_CASE("A quaternion that is nearly unit is made unit", "[scene_file]") {
 
 TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[scene_file]") {
   const SceneDescription scene = scene_of(kFullScene);
-  REQUIRE(scene.bodies.size() == 7);
+  REQUIRE(scene.bodies.size() == 8);
 
   const auto& cloth = std::get<bodies::SheetBody>(scene.bodies[0].shape);
   CHECK(scene.bodies[0].motion == bodies::Motion::kFree);
@@ -148,10 +148,12 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
 
 TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[scene_file]") {
   const SceneDescription scene = scene_of(kFullScene);
-  REQUIRE(scene.bodies.size() == 7);
+  REQUIRE(scene.bodies.size() == 8);
 
   const bodies::BodyDescription& box = scene.bodies[3];
-  CHECK(std::holds_alternative<bodies::RigidBoxBody>(box.shape));
+  REQUIRE(std::holds_alternative<bodies::CompoundBody>(box.shape));
+  CHECK(std::get<bodies::CompoundBody>(box.shape).shapes.at(0).half_m ==
+        Eigen::Vector3d(0.05, 0.1, 0.15));
   CHECK(box.mass_kg == 0.5);
   CHECK(box.angular_velocity_rad_s == Eigen::Vector3d::UnitX());
   CHECK(box.material == 1);

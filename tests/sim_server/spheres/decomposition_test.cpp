@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sim_server/spheres/level_of_detail.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 
@@ -60,16 +59,6 @@ TEST_CASE("The same mesh gives the same spheres, to the bit", "[decomposition]")
   for (std::size_t i = 0; i < first.balls.size(); ++i) {
     CHECK(first.balls[i].centre_m == again.balls[i].centre_m);
     CHECK(first.balls[i].radius_m == again.balls[i].radius_m);
-  }
-}
-
-TEST_CASE("Levels go from coarse to fine, each within its tolerance", "[decomposition]") {
-  const auto levels = levels_of_detail(mesh::capsule_mesh(1.0, 0.2, 24, 6), 0.015, 3);
-  REQUIRE(levels.size() == 3);
-  double tolerance_m = 0.06;
-  for (std::size_t i = 0; i < levels.size(); ++i, tolerance_m *= 0.5) {
-    CHECK(levels[i].hausdorff_m <= tolerance_m);
-    if (i > 0) CHECK(levels[i].balls.size() > levels[i - 1].balls.size());
   }
 }
 

@@ -1,4 +1,6 @@
 #include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,7 +10,6 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/sim_server/spheres/pushed_out.hpp"
-#include "tests/sim_server/spheres/recorded_contact.hpp"
 
 // No spheres that are offered for a body that does not deform may be pushed through.
 namespace stillgrid::spheres::firm_sampling_test {
@@ -58,16 +59,19 @@ TEST_CASE("Whatever its spheres are made by, no tool is pulled in or let go as d
 }
 
 TEST_CASE("Nor half the way to the medial axis of scanned and drawn meshes", "[firm][real_data]") {
-  const auto data = real_data();
-  if (!data) {
+  const char* const named = std::getenv("STILLGRID_DATA");
+  const std::filesystem::path meshes =
+      (named ? std::filesystem::path(named)
+             : std::filesystem::path(STILLGRID_SOURCE_DIR) / ".." / "shared" / "data") /
+      "meshes";
+  if (!std::filesystem::exists(meshes)) {
     WARN("skipped: no meshes");
     return;
   }
   const std::string way = GENERATE("surface", "volume", "tolerance");
   for (const char* const file : {"npm_bunny.off", "sofa_liver-smooth.obj", "mujoco_spot.obj"})
-    check_pushed_out(
-        {file, mesh::make_closed(mesh::load_mesh(*data / "meshes" / file, 1.0), file).mesh}, way,
-        0.0153, 0.5);
+    check_pushed_out({file, mesh::make_closed(mesh::load_mesh(meshes / file, 1.0), file).mesh}, way,
+                     0.0153, 0.5);
 }
 
 TEST_CASE(

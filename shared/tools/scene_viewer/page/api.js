@@ -6,6 +6,8 @@ export class Absent extends Error {}
 export class Stranger extends Error {}
 /// There is no answer.
 export class Unreachable extends Error {}
+/// What was wanted is refused: its line.
+export class Refused extends Error { is_refusal = true; }
 
 const kArrayTypes = { f32: Float32Array, f64: Float64Array, u32: Uint32Array };
 const kTimeout_ms = 3000;
@@ -15,16 +17,17 @@ const text_of = (bytes) => new TextDecoder().decode(bytes);
 const json_of = (bytes) => JSON.parse(text_of(bytes));
 
 /// The bytes of the answer.
-async function get(path) {
+async function get(path, more = {}) {
   let response, body;
   try {
-    response = await fetch(path, { cache: 'no-store', signal: AbortSignal.timeout(kTimeout_ms) });
+    response = await fetch(path, { cache: 'no-store', signal: AbortSignal.timeout(kTimeout_ms), ...more });
     body = await response.arrayBuffer();
   } catch (error) {
     throw new Unreachable(`${path}: ${error.message}`);
   }
   if (response.status === 404) throw new Absent(text_of(body).trim());
   if (response.status === 403) throw new Stranger(`${path}: 403`);
+  if (response.status === 409) throw new Refused(text_of(body).trim());
   if (!response.ok) throw new Error(`${path}: ${response.status}`);
   return body;
 }
@@ -63,3 +66,11 @@ export const frame = async (number) =>
 
 export const ticks = async (from, most) =>
   decode(await of('ticks', `&from=${from}&most=${most}`));
+
+const mouse_path = () => `api/mouse?session=${encodeURIComponent(session)}`;
+
+/// message: { holder, position_m, orientation_xyzw, buttons }, device frame. Throws Refused where another holds the hand.
+export const mouse = (message) => get(mouse_path(), { method: 'POST', body: JSON.stringify(message) });
+
+/// The same without an answer, also from a page that closes.
+export const mouse_beacon = (message) => navigator.sendBeacon(mouse_path(), JSON.stringify(message));

@@ -43,6 +43,17 @@ export class Camera {
     this.controls.update();
   }
 
+  /// While a hand is held its are the left and the right button, the wheel and one finger; the middle button and two
+  /// fingers turn.
+  leave_to_hand(is_held) {
+    const { MOUSE, TOUCH } = THREE;
+    this.controls.enableZoom = !is_held;
+    this.controls.mouseButtons = is_held ? { LEFT: null, MIDDLE: MOUSE.ROTATE, RIGHT: null }
+      : { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
+    this.controls.touches = is_held ? { ONE: null, TWO: TOUCH.DOLLY_ROTATE }
+      : { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
+  }
+
   /// Where the camera stands and looks at: six numbers in metres.
   get place_m() {
     return [...this.camera.position.toArray(), ...this.controls.target.toArray()];

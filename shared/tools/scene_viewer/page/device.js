@@ -22,3 +22,6 @@ export function device_figures(device) {
   if (device.axes !== null) figures.push(['axes', device.axes.map((axis) => fixed(axis, 2)).join(', ')]);
   return figures;
 }
+
+/// Whether a command starts haptic_server with the device `mouse`.
+export const is_by_mouse = (command) => /--device[= ]'?([^ :']*\/)?mouse(\.so)?(?=[:@' ]|$)/.test(command ?? '');

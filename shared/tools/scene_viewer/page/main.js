@@ -7,6 +7,7 @@ import { parts_of, show_hands } from './hands.js';
 import { Faults } from './faults.js';
 import { body_name, Hover } from './hover.js';
 import { format_link, frame_at, parse_link } from './link.js';
+import { MouseControls } from './mouse_controls.js';
 import * as panels from './panels.js';
 import { Playback } from './playback.js';
 import { Plots } from './plots.js';
@@ -31,6 +32,7 @@ let frame = null;  // that is shown
 let status = null;
 let view = null;
 let plots = null;
+let mouse = null;  // where there is a picture
 let no_picture = '';  // why there is none
 const faults = new Faults(['status', 'frame', 'ticks', 'sessions']);
 let wanted = parse_link(location.hash);  // an instant that is not shown yet
@@ -44,6 +46,8 @@ function begin() {
     view = new SceneView(canvas, switches, theme);
     new Hover(canvas, (x, y) => view.pick(x, y), name_of);
     new Exporter(canvas, () => view.render(true), told);
+    mouse = new MouseControls(canvas, view, { frame: () => frame, scene: () => scene, live: () => playback.live(),
+      is_live: () => playback.mode === 'live', send: api.mouse, beacon: api.mouse_beacon });
   } catch (error) {
     byId('view').dataset.picture = 'none';
     for (const id of ['picture', 'film']) byId(id).disabled = true;
@@ -116,6 +120,7 @@ async function take_sessions() {
 function turn_to(session) {
   next_session = null;
   if (session === api.chosen()) return;
+  mouse?.let_go();
   api.choose(session);
   status = frame = scene = null;
   ticks.clear();
@@ -257,6 +262,7 @@ function show_state() {
   const is_gone = faults.of('status').line !== '';
   const { sim, hand } = (playback.is_live || !frame ? status : frame) ?? { sim: 'unknown', hand: 'unknown' };
   panels.show_badges(is_gone ? 'unknown' : sim, is_gone ? 'unknown' : hand);
+  mouse?.show(status, frame);
   if (!frame) return;
   panels.show_time(playback, frame.time_s, (status.now_s ?? frame.time_s) - frame.time_s);
   byId('view').classList.toggle('dead', frame.sim === 'dead' || frame.sim === 'silent');

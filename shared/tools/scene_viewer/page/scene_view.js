@@ -162,6 +162,12 @@ export class SceneView {
     this.dirty = true;
   }
 
+  /// Where a mouse draws the tool, or null.
+  show_aim(aim_m) {
+    this.tool?.place_aim(aim_m);
+    this.dirty = true;
+  }
+
   /// The tools of the session's other hands, each with its force.
   #place_others(others) {
     for (const other of this.others.values()) other.object.visible = false;

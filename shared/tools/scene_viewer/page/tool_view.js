@@ -55,7 +55,8 @@ export class ToolView {
     this.path.frustumCulled = false;
     this.#make_arrow(size_m);
     this.stem = make_stem(tool_spheres, colours.stem);
-    this.object.add(this.stem, this.spheres.mesh, this.shine.mesh, this.path, this.arrow);
+    this.#make_aim(size_m);
+    this.object.add(this.aim, this.stem, this.spheres.mesh, this.shine.mesh, this.path, this.arrow);
   }
 
   #make_arrow(size_m) {
@@ -67,6 +68,27 @@ export class ToolView {
     this.head_m = 7 * radius_m;
     this.arrow = new THREE.Group().add(this.shaft, this.head);
     this.set_hand('', 0);
+  }
+
+  #make_aim(size_m) {
+    const material = new THREE.MeshBasicMaterial({ color: this.colours.path, ...kSeenThrough });
+    const radius_m = 0.002 * size_m;
+    const bar = new THREE.CylinderGeometry(radius_m, radius_m, 1, 8).translate(0, 0.5, 0);
+    this.band = new THREE.Mesh(bar, material);
+    this.aim_ball = new THREE.Mesh(new THREE.SphereGeometry(3 * radius_m, 16, 12), material);
+    this.aim = new THREE.Group().add(this.band, this.aim_ball);
+    this.aim.visible = false;
+  }
+
+  /// Where a mouse draws the tool, or null: a ball, and a band from the tool.
+  place_aim(aim_m) {
+    this.aim.visible = aim_m !== null;
+    if (!aim_m) return;
+    const along = aim_m.clone().sub(this.arrow.position);
+    this.aim.position.copy(this.arrow.position);
+    this.aim_ball.position.copy(along);
+    this.band.scale.set(1, Math.max(along.length(), 1e-9), 1);
+    this.band.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
   }
 
   /// name: of the hand, '' for the only one. index: its place among the hands, which gives the colour.

@@ -259,11 +259,11 @@ TEST_CASE("The devices that ship pass every check", "[device_check]") {
   const stillgrid::devices::RecordingFile file(
       "t_s,x_m,y_m,z_m\n0,0,0,0.01\n0.05,0.01,0,0\n0.1,0,0,0.01\n");
   const std::string replay = "replay:file=" + file.path();
-  const std::array<std::string, 4> devices = {
-      "phantom",
+  const std::array<std::string, 5> devices = {
+      "phantom", "mouse:session=checked",
       "phantom:profile=premium15,hand=none,path=circle,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.1",
       replay, replay + ",loop=1"};
-  std::array<Run, 4> runs;
+  std::array<Run, 5> runs;
   at_once(devices.size(),
           [&](std::size_t n) { runs.at(n) = run_program(kProgram + devices.at(n) + kShort); });
   for (const Run& run : runs) {

@@ -44,7 +44,7 @@ TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") 
   std::ofstream(folder.path / "index.html") << "page";
   std::ofstream(folder.path / "secret.txt") << "secret";
   Views views(std::make_unique<SmallView>());
-  const PageAnswers answers(views, "key", folder.path);
+  PageAnswers answers(views, "key", folder.path);
   const auto status = [&](std::string_view target, std::string_view host = "localhost:1",
                           std::string_view method = "GET") {
     const PageAnswer answer = answers.to({.method = method, .target = target, .host = host});
@@ -72,9 +72,34 @@ TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") 
   CHECK(*answers.to({"GET", "/key/api/ticks?from=0&most=99999999", "localhost"}).body == "65536");
 }
 
+TEST_CASE("The mouse is for the viewer's own page, and for a session that runs", "[page_answers]") {
+  Views views(std::make_unique<SmallView>());
+  PageAnswers answers(views, "key", "no such folder");
+  const std::string body =
+      R"({"holder":"a","position_m":[0,0,0],"orientation_xyzw":[0,0,0,1],"buttons":0})";
+  const auto status = [&](std::string_view method, std::string_view origin, std::string_view text,
+                          std::string_view target = "/key/api/mouse") {
+    return answers
+        .to({.method = method,
+             .target = target,
+             .host = "localhost",
+             .origin = origin,
+             .body = text})
+        .status;
+  };
+  CHECK(status("POST", "", body) == 404);  // what was kept is moved by no mouse
+  CHECK(status("POST", "http://127.0.0.1:8642", body) == 404);
+  CHECK(status("POST", "", body, "/key/api/mouse?session=other") == 404);
+  for (const char* origin : {"null", "http://evil.example", "https://localhost", "localhost"})
+    CHECK(status("POST", origin, body) == 403);
+  CHECK(status("POST", "", body, "/kez/api/mouse") == 403);
+  CHECK(status("POST", "", "{}") == 400);
+  CHECK(status("GET", "", "") == 405);
+}
+
 TEST_CASE("Whatever is asked, there is an answer", "[page_answers]") {
   Views views(std::make_unique<SmallView>());
-  const PageAnswers answers(views, "key", "no such folder");
+  PageAnswers answers(views, "key", "no such folder");
   std::mt19937 random(1);
   for (int i = 0; i < 20'000; ++i) {
     std::string target = "/key/api/frame?number=%31&from=1&most=%";

@@ -1,0 +1,248 @@
+#include "shared/rendering/tool_proxies.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace stillgrid::rendering {
+namespace {
+
+using Eigen::Vector3d;
+
+// Of the tool sphere's radius: the way of a proxy near a field, which is looked at once a tick.
+constexpr double kInField = 0.25;
+
+/// Velocity by which a surface carries a proxy. No touched surface is faster, whatever a snapshot
+/// says.
+Vector3d carrying_m_s(const Vector3d& surface_m_s) noexcept {
+  constexpr double kFastest_m_s = 100.0;
+  return surface_m_s.squaredNorm() <= kFastest_m_s * kFastest_m_s ? surface_m_s : Vector3d::Zero();
+}
+
+bool has_penalty(const proto::SceneHeader& scene) noexcept {
+  return scene.tool_slip_speed_m_s > 0.0F;
+}
+
+}  // namespace
+
+/// What pushes a proxy, weighted by the force of its spring.
+struct ToolProxies::Load {
+  Vector3d spring_N = Vector3d::Zero(), weighted_touched = Vector3d::Zero(),
+           weighted_slip = Vector3d::Zero();
+  double weight_N = 0.0, static_N = 0.0, limit_N = 0.0, damping_N_s_per_m = 0.0;
+  // Soft bodies with a limit. A tool sphere touches few at once.
+  struct Soft {
+    std::uint32_t body;
+    double crushing_N;
+    Vector3d press_N;
+  };
+  std::array<Soft, 4> soft;
+  std::size_t soft_count = 0;
+
+  void press(const TouchedSphere& sphere, const Vector3d& force_N) noexcept {
+    if (!(sphere.crushing_force_N > 0.0F)) return;
+    const auto known = std::span(soft).first(soft_count);
+    const auto it = std::ranges::find(known, sphere.body, &Soft::body);
+    if (it != known.end())
+      it->press_N += force_N;
+    else if (soft_count < soft.size())
+      soft[soft_count++] = {sphere.body, double{sphere.crushing_force_N}, force_N};
+  }
+  [[nodiscard]] bool is_crushing() const noexcept {
+    return std::ranges::any_of(std::span(soft).first(soft_count),
+                               [](const Soft& one) { return one.press_N.norm() > one.crushing_N; });
+  }
+};
+
+/// Adds the force of one half-space, without friction.
+void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& space,
+                           const PlacedToolSphere& device, const ToolPose& pose, ToolForce& sum,
+                           Load& load) noexcept {
+  const auto& [sphere, plane, material, presence] = surface;
+  const double share = presence * space.push_m / space.depth_m;
+  const Vector3d touched_m_s = sphere == nullptr ? Vector3d::Zero() : sphere->velocity_m_s;
+  const ToolContact contact{.depth_m = space.depth_m,
+                            .normal = space.normal,
+                            .point_m = device.position_m - device.radius_m * space.normal,
+                            .touched_velocity_m_s = touched_m_s};
+  collision::ContactMaterial smooth = material;
+  smooth.friction = 0.0;
+  add_contact(sum, smooth, contact, pose, share);
+  const Vector3d slip_m_s = relative_velocity_m_s(contact, pose);
+  const double push_N = presence * material.stiffness_N_per_m * space.push_m;
+  load.spring_N += push_N * space.normal;
+  load.weighted_touched += push_N * touched_m_s;
+  load.weighted_slip += push_N * slip_m_s;
+  load.weight_N += push_N;
+  load.damping_N_s_per_m += share * material.damping_N_s_per_m;
+  load.limit_N += share * material.friction *
+                  collision::normal_force_N(material, space.depth_m, -space.normal.dot(slip_m_s));
+  if (sphere != nullptr) load.press(*sphere, push_N * space.normal);
+  if (sphere != nullptr && !sphere->is_static) return;
+  load.static_N += push_N;
+  sum.static_J += 0.5 * push_N * space.depth_m;
+}
+
+void ToolProxies::place(const proto::SceneHeader& scene, const ToolPose& pose) noexcept {
+  const std::span<PlacedToolSphere> tool = place_tool(scene, pose, placed_);
+  for (std::size_t i = 0; i < tool.size(); ++i) {
+    Proxy& proxy = proxies_[i];
+    const bool is_new = !has_proxies_ || i >= count_ || has_penalty(scene);
+    if (is_new) {
+      proxy = {};
+      proxy.position_m = proxy.device_m = tool[i].position_m;
+    }
+    const double way_m = (tool[i].position_m - proxy.device_m).norm();
+    proxy.longest_m = collision::kLayings *
+                      collision::longest_move_m(tool[i].radius_m, way_m / collision::kLayings);
+    proxy.from_m = proxy.device_m;
+    proxy.is_given = false;
+    reach_[i] = tool[i];
+    if (!has_penalty(scene)) set_reach(i);
+  }
+  count_ = tool.size();
+  has_proxies_ = true;
+}
+
+void ToolProxies::set_reach(std::size_t tool_sphere) noexcept {
+  const Proxy& proxy = proxies_[tool_sphere];
+  const PlacedToolSphere& device = placed_[tool_sphere];
+  const double behind_m = (device.position_m - proxy.position_m).norm();
+  reach_[tool_sphere] = {proxy.position_m, device.radius_m + std::min(behind_m, proxy.longest_m),
+                         device.radius_m, device.position_m};
+}
+
+void ToolProxies::begin_at(std::span<const dynamics::Vector4> proxies_m) noexcept {
+  for (std::size_t i = 0; i < std::min(count_, proxies_m.size()); ++i) {
+    const Vector3d& device_m = placed_[i].position_m;
+    const double own_m = (proxies_[i].position_m - device_m).norm();
+    const double given_m = (proxies_m[i].vector() - device_m).norm();
+    // A tool that is new in the simulation is let out of a wall. The own proxy may be out already.
+    if (proxies_m[i].w == 0.0 || (proxies_m[i].w < 1.0 && given_m < own_m)) continue;
+    proxies_[i].position_m = proxies_m[i].vector();
+    proxies_[i].from_m = placed_[i].position_m;
+    proxies_[i].is_given = true;
+    set_reach(i);
+  }
+}
+
+std::size_t ToolProxies::find_surfaces(const proto::SceneHeader& scene,
+                                       const TouchedSpheres& touched,
+                                       std::uint32_t tool_sphere) noexcept {
+  std::size_t count = 0;
+  for (const TouchedSphere& sphere : touched.all())
+    // A tick may show the spheres of the tick before, gathered for a tool of another scene.
+    if (sphere.tool_sphere == tool_sphere && sphere.material < scene.material_count)
+      // Of a field the energy's share is its map's, whatever its slope at the proxy.
+      surfaces_[count++] = {&sphere, nullptr, contact_material(scene, sphere.material),
+                            sphere.presence * sphere.energy_share};
+  for (std::uint32_t i = 0; i < scene.plane_count; ++i)
+    surfaces_[count++] = {nullptr, &scene.planes[i],
+                          contact_material(scene, scene.planes[i].material), 1.0};
+  return count;
+}
+
+std::span<collision::HalfSpace> ToolProxies::lay(const PlacedToolSphere& proxy, std::size_t count,
+                                                 double tick_s, collision::TickPart part) noexcept {
+  // Surfaces are seen as at the end of the tick.
+  const double ahead_s = (1.0 - part.from) * tick_s;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto& [sphere, plane, material, presence] = surfaces_[k];
+    const bool is_field = sphere != nullptr && sphere->field != 0;
+    PlacedToolSphere at = proxy;  // a field is flat around where it was sampled
+    const Vector3d surface_m_s =
+        sphere == nullptr ? Vector3d(Vector3d::Zero()) : carrying_m_s(sphere->velocity_m_s);
+    const Vector3d ahead_m = ahead_s * surface_m_s;
+    at.position_m =
+        is_field ? reach_[sphere->tool_sphere].position_m : Vector3d(proxy.position_m + ahead_m);
+    const ToolContact contact =
+        plane != nullptr ? contact_with(*plane, at) : contact_with(*sphere, at);
+    spaces_[k] = {
+        .normal = contact.normal,
+        .gap_m = contact.normal.dot(proxy.position_m + ahead_m - at.position_m) - contact.depth_m,
+        .moved_m = part.share() * tick_s * surface_m_s};
+    seen_[k] = {};
+    if (sphere == nullptr || is_field) continue;
+    seen_[k].body = static_cast<int>(sphere->body);
+    seen_[k].radius_m = sphere->radius_m;
+    seen_[k].line_m = at.position_m - sphere->position_m;
+  }
+  const std::span<collision::HalfSpace> spaces(spaces_.data(), count);
+  cover_.lay(proxy.radius_m, {seen_.data(), count}, spaces);
+  return spaces;
+}
+
+/// The longest displacement of a proxy in a tick between the places where fields were sampled.
+double ToolProxies::longest_near_fields_m(std::span<const collision::HalfSpace> spaces,
+                                          double radius_m) const noexcept {
+  double longest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < spaces.size(); ++k) {
+    const TouchedSphere* const sphere = surfaces_[k].sphere;
+    if (sphere != nullptr && sphere->field != 0)
+      longest_m = std::min(longest_m, kInField * radius_m + std::max(0.0, spaces[k].gap_m));
+  }
+  return longest_m;
+}
+
+/// Friction acts on a proxy as a whole: what carries the load may change from sphere to sphere.
+void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const ToolPose& pose,
+                             double tick_s, const dynamics::Vector4* stretch_m,
+                             ToolForce& sum) noexcept {
+  Proxy& proxy = proxies_[tool_sphere];
+  const PlacedToolSphere& device = placed_[tool_sphere];
+  Load load;
+  for (std::size_t k = 0; k < count; ++k)
+    if (spaces_[k].push_m > 0.0) add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
+  const Vector3d moved_m = device.position_m - proxy.device_m;
+  proxy.device_m = device.position_m;
+  const double press_N = load.spring_N.norm();
+  if (!std::exchange(proxy.touches, press_N > 0.0) || !proxy.touches) proxy.friction = {};
+  if (stretch_m != nullptr) proxy.friction.stretch_m = stretch_m->vector();
+  sum.is_crushing = sum.is_crushing || load.is_crushing();
+  if (!proxy.touches) return;
+  const Vector3d normal = load.spring_N / press_N;
+  const double depth_m = normal.dot(proxy.position_m - device.position_m);
+  if (!(depth_m > 0.0)) return;
+  const Vector3d slip_m_s = load.weighted_slip / load.weight_N;
+  Vector3d pulled_m = Vector3d::Zero();
+  if (stretch_m == nullptr) pulled_m = moved_m - tick_s / load.weight_N * load.weighted_touched;
+  const collision::StickingFriction::Pull pull{.moved_m = pulled_m,
+                                               .velocity_m_s = slip_m_s,
+                                               .normal = normal,
+                                               .stiffness_N_per_m = press_N / depth_m,
+                                               .damping_N_s_per_m = load.damping_N_s_per_m,
+                                               .limit_N = load.limit_N};
+  const Vector3d friction_N = proxy.friction.force_N(pull);
+  const Vector3d lever_m = device.position_m - device.radius_m * normal - pose.position_m;
+  sum.force_N += friction_N;
+  sum.torque_N_m += lever_m.cross(friction_N);
+  sum.static_J += 0.5 * load.static_N / load.weight_N * pull.stiffness_N_per_m *
+                  proxy.friction.stretch_m.squaredNorm();
+}
+
+ToolForce ToolProxies::press(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                             const ToolPose& pose, double tick_s,
+                             std::span<const dynamics::Vector4> stretches_m) noexcept {
+  if (has_penalty(scene)) return tool_force(scene, touched, {placed_.data(), count_}, pose);
+  ToolForce sum;
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    const std::size_t count = find_surfaces(scene, touched, i);
+    PlacedToolSphere at{proxies_[i].position_m, placed_[i].radius_m};
+    const double since_s = proxies_[i].is_given ? 0.0 : tick_s;
+    collision::DeviceMove device{proxies_[i].from_m, placed_[i].position_m, at.radius_m, since_s};
+    proxies_[i].position_m = collision::follow(
+        at.position_m, device, [&](const Vector3d& proxy_m, collision::TickPart part) {
+          at.position_m = proxy_m;
+          const std::span<collision::HalfSpace> spaces = lay(at, count, since_s, part);
+          if (part.from == 0.0) device.longest_m = longest_near_fields_m(spaces, at.radius_m);
+          return spaces;
+        });
+    cover_.share({spaces_.data(), count});
+    // One of w = 0 touches nothing there that may move.
+    const bool is_known = i < stretches_m.size() && stretches_m[i].w != 0.0;
+    add_forces(i, count, pose, tick_s, is_known ? &stretches_m[i] : nullptr, sum);
+  }
+  return sum;
+}
+
+}  // namespace stillgrid::rendering
