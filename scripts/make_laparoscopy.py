@@ -25,7 +25,6 @@ scale = {scale:.6g}
 position_m = [{x:.5f}, {y:.5f}, {z:.5f}]
 mass_kg = {mass:.3f}
 spheres = {{ surface_spacing_m = {spacing:.4f} }}
-normalise = {{ tool_radius_m = 0.005, press_depth_m = 0.004 }}
 lattice_m = {lattice:.4f}
 spring_stiffness_N_per_m = {{ structural = 80.0, shear = 40.0, bend = 10.0 }}
 spring_damping_N_s_per_m = 0.2

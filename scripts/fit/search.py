@@ -125,11 +125,12 @@ class Search:
             self.trials[one] = Trial(one, [records[i] for records in found])
 
     def rank(self, trial):
-        """The cheapest without a fault, then the most accurate that runs at all."""
+        """The cheapest without a fault, then the most accurate that runs at all. Of two as cheap the nearer."""
         faults = trial.faults(self.goal)
         runs = trial.error < math.inf and not any(record["refusal"] for record in trial.records)
         is_over = bool(self.goal.budget_us) and trial.cost_us > self.goal.budget_us
-        return bool(faults), not runs, is_over, trial.error if faults else trial.cost_us, trial.candidate != self.scene.given
+        figure = trial.error if faults else trial.cost_us
+        return bool(faults), not runs, is_over, figure, trial.candidate != self.scene.given, trial.error
 
     def best(self, count):
         return [trial.candidate for trial in sorted(self.trials.values(), key=self.rank)[:count]]

@@ -1,14 +1,12 @@
 #!/usr/bin/python3
 """Measures what a program of its own prints as a table, and writes it: docs/charts/TABLE.csv.
 
-The same build gives the same figures, except for the times in voxel_ratio. ku_contact needs the folder of real
-inputs. interface_energy takes minutes, the others seconds.
+The same build gives the same figures, except for the times in voxel_ratio. interface_energy takes minutes, the others seconds.
 """
 from measuring import output_of, parser_of, program
 from tables import write_text
 
-PROGRAMS = {"row_ripple": "row_figures", "ku_contact": "contact_figures",
-            "broyden_iterations": "broyden_figures", "voxel_ratio": "voxel_ratio_figures",
+PROGRAMS = {"broyden_iterations": "broyden_figures", "voxel_ratio": "voxel_ratio_figures",
             "interface_energy": "interface_figures"}
 CAN_BE_SMALL = ("interface_energy",)
 

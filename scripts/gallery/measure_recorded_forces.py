@@ -42,12 +42,16 @@ def measure_spring(build, charts, folder):
 def measure_contour(build, charts, names, folder):
     rows = []
     for name in names:
-        file = replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),
-                      recorded_forces.contour_duration_s(name), build, folder)
-        share, cosine = recorded_forces.compare_contour(name, file)
-        rows.append({"demonstration": name, "in_contact": f"{share:.4f}", "mean_cosine": f"{cosine:.4f}"})
-        print(f"contour {name}: in contact {100.0 * share:.1f} %, cosine {cosine:.4f}", flush=True)
-    print(f"mean cosine {numpy.mean([float(row['mean_cosine']) for row in rows]):.4f}")
+        row = {"demonstration": name}
+        for contact in recorded_forces.CONTACTS:
+            file = replay(recorded_forces.contour_scene(contact), recorded_forces.contour_device(name),
+                          recorded_forces.contour_duration_s(name), build, folder)
+            share, cosine = recorded_forces.compare_contour(name, file)
+            row |= {f"in_contact_{contact}": f"{share:.4f}", f"cosine_{contact}": f"{cosine:.4f}"}
+        print(f"contour: {row}", flush=True)
+        rows.append(row)
+    for contact in recorded_forces.CONTACTS:
+        print(f"mean cosine, {contact}: {numpy.mean([float(row[f'cosine_{contact}']) for row in rows]):.4f}")
     write_rows(charts / "contour_forces.csv", rows)
 
 

@@ -93,11 +93,17 @@ def demonstration(name):
     return DATA / f"trajectories/ku_contour_force/demo_{name}.csv"
 
 
-def contour_scene():
-    """The printed contour, of spheres 4 mm apart under its surface, that does not move."""
-    body = (f'kind = "mesh"\nfile = "{CONTOUR_MESH}"\nscale = 0.001\nmotion = "static"\n'
-            "spheres = { surface_spacing_m = 0.004 }")
-    return SCENE.format(tool_m=TOOL_M, stiffness_N_per_m=1000.0, body=body)
+# Lines of a body, and of its tool.
+CONTACTS = {"field": ("", ""), "spheres": ("spheres = { volume_spacing_m = 0.005 }\n", ""),
+            "penalty": ("spheres = { surface_spacing_m = 0.004 }\n", 'contact = "penalty"\n')}
+
+
+def contour_scene(contact="field"):
+    """The printed contour, that does not move, with a contact of CONTACTS."""
+    of_body, of_tool = CONTACTS[contact]
+    body = f'kind = "mesh"\nfile = "{CONTOUR_MESH}"\nscale = 0.001\nmotion = "static"\n{of_body}'
+    scene = SCENE.format(tool_m=TOOL_M, stiffness_N_per_m=1000.0, body=body)
+    return scene.replace("[tool]\n", f"[tool]\n{of_tool}")
 
 
 def contour_device(name):

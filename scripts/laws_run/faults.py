@@ -5,7 +5,7 @@ import sys
 
 # Laws in the order in which they are asked, cheap ones first, with as many scenes as find what is coarse.
 ASKED = ((8, 30), (6, 40), (3, 40), (17, 20), (11, 40), (7, 20), (4, 60), (9, 20), (2, 60), (5, 10), (1, 20), (10, 4),
-         (15, 10))
+         (15, 10), (18, 40))
 
 
 def copy_tree(root, copy):

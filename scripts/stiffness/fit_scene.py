@@ -21,6 +21,12 @@ def rotation(orientation_xyzw):
                         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
+def has_field(body):
+    """Whether a body is met through its distance field, which is the default of a mesh that keeps its shape."""
+    asks_for_spheres = "spheres" in body or "spring_stiffness_N_per_m" in body
+    return body.get("kind") == "mesh" and body.get("contact", "spheres" if asks_for_spheres else "field") == "field"
+
+
 class FitScene:
     """A scene with a static mesh that is met through its field, by a tool of one sphere."""
 
@@ -51,7 +57,7 @@ class FitScene:
         if isinstance(self.document.get("hand"), list):
             raise Unusable(f"{self.file}: hand: value {len(self.document['hand'])} hands with names: expected the "
                            "tables [tool] and [device] of one")
-        fields = [i for i, body in enumerate(bodies) if body.get("contact") == "field"]
+        fields = [i for i, body in enumerate(bodies) if has_field(body)]
         if name is not None:
             found = next((i for i, body in enumerate(bodies) if body.get("name") == name), None)
             if found is None:
@@ -68,8 +74,9 @@ class FitScene:
         for key in ("name", "file", "material"):
             if not isinstance(body.get(key), str):
                 raise Unusable(f"{self.file}: body {self.number + 1}: {key}: {shown(body.get(key))}: expected a string")
-        for key, wanted in (("kind", "mesh"), ("contact", "field"), ("motion", "static")):
-            if body.get(key) != wanted:
+        for key, wanted, is_so in (("kind", "mesh", body.get("kind") == "mesh"), ("contact", "field", has_field(body)),
+                                   ("motion", "static", body.get("motion") == "static")):
+            if not is_so:
                 self.refuse(key, shown(body[key]) if key in body else "value missing", f'"{wanted}"')
         if not isinstance(body.get("field"), dict) or not isinstance(body["field"].get("cell_m"), float):
             self.refuse("field", "value missing", "field = { cell_m = ... }")
