@@ -118,6 +118,12 @@ void add_bodies(JsonText& json, const SampledSpheres& sampled, std::uint64_t tim
   }
 }
 
+// Eigen's FromTwoVectors compiles a singular value decomposition.
+Eigen::Quaterniond turn_from_z(const Eigen::Vector3d& normal) {
+  const Eigen::Quaterniond twice(1.0 + normal.z(), -normal.y(), normal.x(), 0.0);
+  return twice.norm() > 1e-9 ? twice.normalized() : Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0);
+}
+
 }  // namespace
 
 void write_tick(const TickRow& row, std::string& json) {
@@ -161,7 +167,7 @@ void write_fixed(const FixedScene& scene, std::uint64_t time_ns, std::string& js
     for (const proto::Plane& plane : scene.planes) {
       const Eigen::Vector3d normal = Eigen::Vector3f(plane.normal.data()).cast<double>();
       const Eigen::Vector3d centre_m = normal * (plane.offset_m - 0.5F * kPlaneThickness_m);
-      const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
+      const Eigen::Quaterniond turn = turn_from_z(normal);
       const std::string id = numbered("plane", plane.body);
       add_entity(text, {time_ns, "scene", id, "cubes"}, [&] {
         add_shape(text, centre_m, turn, {kPlaneSide_m, kPlaneSide_m, kPlaneThickness_m},
