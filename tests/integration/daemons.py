@@ -28,7 +28,8 @@ def load_per_processor():
 
 
 # Every limit of time is multiplied by this: for instrumented code, and for a machine that runs other programs too.
-PATIENCE = float(os.environ.get("STILLGRID_PATIENCE", 1)) * load_per_processor()
+SLOWNESS = float(os.environ.get("STILLGRID_PATIENCE", 1))
+PATIENCE = SLOWNESS * load_per_processor()
 LEAST_WAIT_S = 30.0  # before a test fails because an event has not come
 SHM = pathlib.Path("/dev/shm") / f"stillgrid-{os.geteuid()}"  # docs/protocol.md, "Names"
 

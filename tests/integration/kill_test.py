@@ -91,6 +91,7 @@ class KillTest(daemons.SessionTest):
         self.assert_smooth(recording)
         self.assertGreater(daemons.read_report(report)["steps"], 20)
 
+    @unittest.skipIf(daemons.SLOWNESS > 1, "skipped: instrumented, the tissue does not keep pace with the hand")
     def test_a_simulation_killed_while_the_tool_is_in_the_tissue_fades_alike(self):
         sim = self.sim_server("tissue_and_blocks")
         file = self.folder / "recording.csv"
