@@ -94,14 +94,22 @@ Frame frame_of(const std::string& variant) {
   return frame;
 }
 
+/// How far the centres are apart once the solver leaves half as much.
+double left_by_solver_m(const scene::SceneDescription& scene, const LawCase& law_case,
+                        const ToolPaths& paths) {
+  scene::SceneDescription finer = scene;
+  finer.method.tolerance_m_s *= 0.5;
+  return farthest_m(end_of(scene, law_case, paths), end_of(finer, law_case, paths));
+}
+
 /// What rounding may come to: a hundred times what a change of the last digits of all masses does,
-/// or what solvers are asked to leave.
+/// or what solvers are asked to leave, or a hundred times what half of that changes.
 double allowed_m(const scene::SceneDescription& scene, const LawCase& law_case,
                  const ToolPaths& paths) {
   const double changed_m = rounding_m(scene, law_case, paths);
   if (!scene::is_explicit(scene.method.integrator))
-    return std::max(
-        {1e-8, 100.0 * changed_m, 100.0 * scene.method.tolerance_m_s * law_case.duration_s});
+    return std::max({1e-8, 100.0 * changed_m, 100.0 * left_by_solver_m(scene, law_case, paths),
+                     100.0 * scene.method.tolerance_m_s * law_case.duration_s});
   // They round the impulses of contacts to floats.
   constexpr double kFloatDigits = 1 << 29;
   return std::max(5e-6, kFloatDigits * changed_m);

@@ -108,6 +108,10 @@ std::string halved(std::string line) {
   return line;
 }
 
+bool is_truncated(const recording::TickRow& row) {
+  return (row.flags & proto::kFlagTruncated) != 0;
+}
+
 Finding covers_alike(const LawCase& law_case) {
   LawCase finer = law_case;
   for (SceneSection& section : finer.scene.sections)
@@ -117,6 +121,8 @@ Finding covers_alike(const LawCase& law_case) {
   const scene::SceneDescription scene = scene_of(law_case), other = scene_of(finer);
   const laboratory::LabRun run = laboratory::run_lab(scene, loop_of(law_case, scene).options);
   const laboratory::LabRun fine = laboratory::run_lab(other, loop_of(finer, other).options);
+  if (std::ranges::any_of(run.rows, is_truncated) || std::ranges::any_of(fine.rows, is_truncated))
+    return {.applies = false, .what = "more spheres than a tick keeps, flagged"};
   std::vector<Vector3d> right_N;
   for (const recording::TickRow& row : fine.rows) right_N.push_back(row.rendered_N);
   return apart(run.rows, right_N, steepness_of(scene) + steepness_of(other), "finer cover");
