@@ -97,7 +97,7 @@ LabRun path_reference(const scene::SceneDescription& scene, const LabOptions& op
   const scene::SceneDescription fine = sim_server::true_scene(scene, options.tick_rate_hz);
   LabOptions low_latency = options;
   low_latency.rival = nullptr;
-  low_latency.transition = display::Transition::kHold;
+  low_latency.transition = display::Transition::kLocal;
   low_latency.latency_s = low_latency.jitter = 0.0;
   return run_lab(fine, low_latency);
 }

@@ -46,7 +46,7 @@ struct ComparedRun {
 [[nodiscard]] ComparedRun compare_reference(const LabRun& reference, double from_s);
 
 /// The reference on the path of options.device, which takes no notice of forces: every contender
-/// is measured against it. It simulates sim_server::true_scene() at the tick rate.
+/// is measured against it. It is sim_server::true_scene() at the tick rate, by local.
 [[nodiscard]] LabRun path_reference(const scene::SceneDescription& scene,
                                     const LabOptions& options);
 
