@@ -23,7 +23,7 @@ const kNumbers = [
   ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the snapshot that the hand feels'],
   ['step', 'step, ms', (f) => fixed(f.snapshot?.step_ms, 2), 'Work of the simulation on the newest snapshot'],
   ['tool_work', 'work, mJ', (f) => fixed(1000 * (f.snapshot?.tool_work_J ?? NaN), 1), 'Work of the tool on the scene since its start, as the newest snapshot tells it'],
-  ['work', 'tick µs, p50/99', (f) => pair(f.ticks?.tick_us, 1), 'Work of a tick, last second'],
+  ['work', 'tick µs, p50/99', (f) => pair(f.ticks?.tick_us, 0), 'Work of a tick, last second'],
   ['wake', 'late µs, p50/99', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
 ];
 
