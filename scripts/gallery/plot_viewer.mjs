@@ -42,21 +42,21 @@ const kPictures = {
   viewer_telephone: { ...kTissue, from: 10000, page: true, pixels: [390, 844], theme: 'light' },
   scene_tissue_and_blocks: kTissue,
   scene_threads: {
-    scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.05, from: 2000 },
+    scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.005, from: 2000 },
   scene_organ: { scene: 'organ', device: 'phantom:path=press,centre_z_m=0', least_N: 0.1, from: 2000 },
   scene_laparoscopy: {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.5, from: 200 },
   scene_pendulum_chain: {
     scene: 'pendulum_chain', device: 'phantom:profile=touchx,path=stroke,centre_z_m=0,depth_m=0', least_N: 0.1, from: 400 },
-  scene_sewn_ball: { scene: 'sewn_ball', device: hand_of('sewn_ball'), least_N: 0.02, from: 400 },
+  scene_sewn_ball: { scene: 'sewn_ball', device: hand_of('sewn_ball'), from: 400 },
   scene_pillars: {
     scene: 'pillars', device: 'phantom:profile=premium15,hand=light,path=press,centre_z_m=-0.03,depth_m=0.03,period_s=2',
     least_N: 0.5, from: 100 },
   scene_moving_sphere: { scene: 'moving_sphere', device: 'phantom:path=still,centre_z_m=0', least_N: 0.1 },
   scene_block_pinched: { scene: 'block_pinched', hands: two_hands('block_pinched'), least_N: 0.4, from: 4400 },
   scene_cloth_held_by_two: {
-    scene: 'cloth_held_by_two', hands: two_hands('cloth_held_by_two'), least_N: 0.02, from: 4400 },
+    scene: 'cloth_held_by_two', hands: two_hands('cloth_held_by_two'), least_N: 0.02, from: 2500 },
   scene_wall: { scene: 'wall', device: 'phantom:profile=premium15,path=tap', least_N: 1.0, from: 30 },
 };
 
