@@ -45,7 +45,7 @@ struct FieldShape {
 };
 static_assert(sizeof(FieldShape) == 56);
 
-/// Where a body that has a field is, and how it moves. World frame.
+/// Pose and velocity of a body that has a field. World frame.
 struct FieldState {
   std::array<float, 3> position_m;        // of the body frame's origin
   std::array<float, 4> orientation_xyzw;  // unit, world from body

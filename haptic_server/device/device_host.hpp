@@ -43,7 +43,8 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// What the device says of itself; figures finite and none negative, the name one line of UTF-8.
+  /// Returns the device's own description. Its figures are finite and not negative, and its name is
+  /// one line of UTF-8.
   [[nodiscard]] const stillgrid_device_descriptor& descriptor() const noexcept {
     return descriptor_;
   }

@@ -23,7 +23,7 @@ struct HostLog {
   }
 };
 
-/// What the host said of itself when it negotiated.
+/// The host's period, clock, log and session, as it negotiated them.
 struct HostLoop {
   std::uint64_t period_ns = 1'000'000;
   std::uint32_t clock = STILLGRID_CLOCK_MONOTONIC;

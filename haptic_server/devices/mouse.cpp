@@ -123,10 +123,9 @@ class MouseDriver {
     if (view == nullptr || !watch_->writer_alive()) return std::nullopt;
     const auto pose = view->read();
     if (!pose) return std::nullopt;
-    const auto& q = pose->orientation_xyzw;
     return MouseAim{.time_ns = pose->time_ns,
                     .position_m = Eigen::Vector3d(pose->position_m.data()),
-                    .orientation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized(),
+                    .orientation = Eigen::Quaterniond(pose->orientation_xyzw.data()).normalized(),
                     .buttons = static_cast<std::uint32_t>(pose->buttons)};
   }
 

@@ -13,7 +13,7 @@
 
 namespace stillgrid::collision {
 
-/// Where the arrays of a field stand in its block of 8-byte words.
+/// Offsets of a field's arrays in its block of 8-byte words.
 struct FieldLayout {
   std::size_t coarse = 0;     // f32, of bricks and a layer round them
   std::size_t numbers = 0;    // u32, of bricks
@@ -77,7 +77,7 @@ struct FieldContact {
 
 /// Nothing where the sphere's centre is off the field's bricks or the field has no direction, or
 /// where a sample is no field's: steeper than a distance can be, or longer than its ball.
-/// Where there is no overlap the depth is the distance between, negative. Body frame.
+/// Without overlap the depth is minus the distance between the two. Body frame.
 /// Realtime: yes.
 [[nodiscard]] std::optional<FieldContact> field_contact(const FieldView& field,
                                                         const Eigen::Vector3d& centre_m,

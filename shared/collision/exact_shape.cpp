@@ -64,16 +64,18 @@ Near near_capsule(const Vector3d& half_m, const Vector3d& point_m) {
 
 }  // namespace
 
+double ball_radius_m(FieldKind kind, const Vector3d& half_m) noexcept {
+  if (kind == FieldKind::kBox) return half_m.norm();
+  return kind == FieldKind::kCylinder ? std::hypot(half_m.x(), half_m.z()) : half_m.z();
+}
+
 proto::FieldShape exact_shape(FieldKind kind, const Vector3d& half_m) noexcept {
   proto::FieldShape shape{};
   shape.kind = static_cast<std::uint32_t>(kind);
   Eigen::Map<Eigen::Vector3f>(shape.lowest_m.data()) = -half_m.cast<float>();
-  const Vector3d half = half_sides_m(shape);
-  const double radius_m = kind == FieldKind::kBox        ? half.norm()
-                          : kind == FieldKind::kCylinder ? std::hypot(half.x(), half.z())
-                                                         : half.z();
   // Above what rounding may have taken.
-  shape.bounding_radius_m = static_cast<float>((1.0 + 3.0 * double{kRounding}) * radius_m);
+  shape.bounding_radius_m = static_cast<float>((1.0 + 3.0 * double{kRounding}) *
+                                               ball_radius_m(kind, half_sides_m(shape)));
   return shape;
 }
 

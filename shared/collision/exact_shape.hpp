@@ -18,6 +18,9 @@ namespace stillgrid::collision {
   return -Eigen::Map<const Eigen::Vector3f>(shape.lowest_m.data()).cast<double>();
 }
 
+/// Returns the radius of the ball around a closed form, m. half_m: half of its sides.
+[[nodiscard]] double ball_radius_m(proto::FieldKind kind, const Eigen::Vector3d& half_m) noexcept;
+
 /// Returns the shape of a closed form. half_m: half of its sides, rounded to floats. The result is
 /// not consistent where a side is not positive, above proto::kLargestNumber, or not of that kind.
 [[nodiscard]] proto::FieldShape exact_shape(proto::FieldKind kind,

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "proto/scene_segment.hpp"
+#include "shared/collision/unit_quaternion.hpp"
 
 namespace stillgrid::collision {
 
@@ -17,10 +18,8 @@ namespace stillgrid::collision {
     return std::all_of(numbers.begin(), numbers.end(),
                        [](float x) { return std::abs(double{x}) <= proto::kLargestNumber; });
   };
-  double norm2 = 0.0;
-  for (const float x : state.orientation_xyzw) norm2 += double{x} * double{x};
   return are_bounded(state.position_m) && are_bounded(state.velocity_m_s) &&
-         are_bounded(state.angular_velocity_rad_s) && std::abs(norm2 - 1.0) < 1e-3;
+         are_bounded(state.angular_velocity_rad_s) && is_unit(state.orientation_xyzw);
 }
 
 /// The same snapshot twice, of a first one.

@@ -66,7 +66,7 @@ void publish(const DoubleBuffer& buffer, std::uint64_t n,
 
 enum class ReadStatus { kAccepted, kEmpty, kContended };
 
-/// What a read came to; `attempts` that failed were rejected, never shown.
+/// Result of a read, and how many attempts it took. A torn copy is never shown.
 struct ReadResult {
   ReadStatus status = ReadStatus::kEmpty;
   std::uint64_t snapshot_id = 0;

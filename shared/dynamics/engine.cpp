@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "shared/dynamics/at.hpp"
 #include "shared/dynamics/coupled_step.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 #include "shared/realtime/flush_denormals.hpp"
@@ -69,12 +70,10 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   held_J_.resize(driven_.size());
   is_tool_.resize(driven_.size());
   for (const std::int32_t s : listing_.tools())
-    is_tool_[static_cast<std::size_t>(driven_of_rigid_[static_cast<std::size_t>(
-        description_.spheres[static_cast<std::size_t>(s)].rigid)])] = 1;
+    is_tool_[at(driven_of_rigid_[at(description_.spheres[at(s)].rigid)])] = 1;
   if (state_.proxy_m.empty())
     for (const std::int32_t s : listing_.tools())
-      state_.proxy_m.push_back(
-          sphere_position_m(description_.spheres[static_cast<std::size_t>(s)], state_));
+      state_.proxy_m.push_back(sphere_position_m(description_.spheres[at(s)], state_));
   state_.proxy_stretch_m.resize(listing_.tools().size());
   if (state_.is_here.empty()) state_.is_here.assign(description_.rigid_bodies.size(), 1);
   const std::size_t movers = description_.nodes.size() + description_.rigid_bodies.size() + 1;
@@ -93,7 +92,7 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   const bool has_tool =
       std::ranges::any_of(description_.spheres, [](const auto& sphere) { return sphere.is_tool; });
   const auto is_kinematic = [&](int rigid) {
-    const auto& body = description_.rigid_bodies[static_cast<std::size_t>(rigid)];
+    const auto& body = description_.rigid_bodies[at(rigid)];
     return body.is_driven && !body.is_fixture;
   };
   for (const Description::Sphere& sphere : description_.spheres)

@@ -5,13 +5,9 @@
 
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/wrench.hpp"
 
 namespace stillgrid::dynamics {
-
-/// A force in N through the centre of mass, and a torque in N m about it. Frame of the world.
-struct Wrench {
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero(), torque_N_m = Eigen::Vector3d::Zero();
-};
 
 /// Dampers of joints between nodes act along their line. Square of the length from which on a line
 /// has a direction.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/collision/unit_quaternion.hpp"
+
 namespace stillgrid::publication {
 namespace {
 
@@ -13,11 +15,10 @@ constexpr std::uint64_t kAnimationFrame_ns = 16'666'667;  // of a browser
 }  // namespace
 
 bool is_sound(const proto::MousePose& pose) noexcept {
-  double norm_squared = 0.0;
-  for (const double q : pose.orientation_xyzw) norm_squared += q * q;
+  // Written so that a NaN does not pass.
   return std::all_of(pose.position_m.begin(), pose.position_m.end(),
                      [](double x) { return std::abs(x) <= proto::kFarthestMouse_m; }) &&
-         std::abs(norm_squared - 1.0) < 1e-3;  // so that a NaN does not pass
+         collision::is_unit(pose.orientation_xyzw);
 }
 
 MouseWriter::MouseWriter(SessionLock lock)

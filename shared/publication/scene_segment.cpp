@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "shared/collision/unit_quaternion.hpp"
 #include "shared/publication/hands.hpp"
 
 namespace stillgrid::publication {
@@ -122,13 +123,12 @@ bool is_sound(const proto::SceneHeader& scene) {
       scene.tool_sphere_count > proto::kMaxToolSpheres || !are_sound_hands(scene))
     return false;
   const auto& device = scene.device;
-  const auto& q = device.orientation_xyzw;
   // Written so that a NaN does not pass.
   bool sound = std::all_of(device.position_m.begin(), device.position_m.end(),
                            [](double x) { return std::abs(x) <= proto::kLargestNumber; }) &&
                device.scale > 0.0 && device.scale <= proto::kLargestNumber &&
                std::isfinite(scene.tool_slip_speed_m_s) && scene.tool_slip_speed_m_s >= 0.0F &&
-               std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
+               collision::is_unit(device.orientation_xyzw);
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const auto& m = scene.materials[i];
     sound = sound &&

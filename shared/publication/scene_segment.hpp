@@ -14,8 +14,8 @@
 
 namespace stillgrid::publication {
 
-/// What a simulation publishes once: static spheres and planes, distance fields, materials, tool,
-/// place of the device.
+/// The constant part of a scene, which a simulation publishes once: static spheres and planes,
+/// distance fields, materials, tool, place of the device.
 struct StaticScene {
   std::string name;
   std::vector<proto::Material> materials;    // at most kMaxMaterials

@@ -131,7 +131,7 @@ class SegmentReader {
   ObjectId id_;
 };
 
-/// What to say of a segment that runs on another clock than ours.
+/// Returns the line that refuses a segment of another clock than ours.
 [[nodiscard]] std::string clock_refusal(std::string_view session, proto::SegmentKind kind,
                                         proto::Clock ours);
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/collision/unit_quaternion.hpp"
+
 namespace stillgrid::publication {
 namespace {
 
@@ -23,10 +25,8 @@ bool are_plausible(const std::array<double, N>& values) {
 /// Of a ToolState or a PathSample.
 template <class Pose>
 bool is_plausible_pose(const Pose& pose) {
-  double norm_squared = 0.0;
-  for (const double q : pose.orientation_xyzw) norm_squared += q * q;
   return are_plausible(pose.position_m) && are_plausible(pose.velocity_m_s) &&
-         std::abs(norm_squared - 1.0) < 1e-3;
+         collision::is_unit(pose.orientation_xyzw);
 }
 
 proto::ToolPath& path_in(SegmentWriter& segment) {

@@ -23,8 +23,8 @@ enum class SegmentState {
   kGone,     // the name went away while it was looked at
 };
 
-/// What a look at one segment found. Of all states but kAlive and kDead, the name, the refusal and
-/// the size are all there is.
+/// Figures of one segment. In other states than kAlive and kDead only the name, the refusal and the
+/// size are set.
 struct SegmentSummary {
   publication::SegmentFile file;
   SegmentState state = SegmentState::kGone;

@@ -92,9 +92,8 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
 }
 
 /// Sums the force of the copy, or of the snapshots where it does not know this tick.
-SnapshotRenderer::Wrench LocalRenderer::sum(const TickScene& scene,
-                                            const publication::SnapshotLook& look,
-                                            RenderedTick& tick) noexcept {
+dynamics::Wrench LocalRenderer::sum(const TickScene& scene, const publication::SnapshotLook& look,
+                                    RenderedTick& tick) noexcept {
   const bool is_switch =
       now_.is_known ? now_.is_swap || !was_local_ : was_local_ || (look.is_new && !look.is_first);
   std::optional<ToolForce> as_before;
@@ -102,10 +101,10 @@ SnapshotRenderer::Wrench LocalRenderer::sum(const TickScene& scene,
     as_before = force_of_last(scene);
   if (!now_.is_known) {
     accept_weights(look, tick);
-    const Wrench change = sum_force(scene, look.accepted(), as_before, tick);
+    const dynamics::Wrench change = sum_force(scene, look.accepted(), as_before, tick);
     // Switches between snapshots are as they are, and bodies that a publisher gives, too.
     const bool is_eased = was_local_ && scene.local != nullptr && !scene.local->is_given();
-    return is_eased ? change : Wrench{};
+    return is_eased ? change : dynamics::Wrench{};
   }
   tick.age_s =
       display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
@@ -132,7 +131,8 @@ SnapshotRenderer::Wrench LocalRenderer::sum(const TickScene& scene,
 }
 
 /// Adds what is left of the changes by switches. It decays evenly.
-void LocalRenderer::ease(const Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept {
+void LocalRenderer::ease(const dynamics::Wrench& change, std::uint64_t now_ns,
+                         ToolForce& force) noexcept {
   constexpr double kEased_s = 0.1;
   double share = std::max(0.0, 1.0 - display::seconds_between(eased_ns_, now_ns) / kEased_s);
   if (change.force_N != Eigen::Vector3d::Zero() || change.torque_N_m != Eigen::Vector3d::Zero()) {

@@ -25,15 +25,15 @@ class LocalRenderer final : public SnapshotRenderer {
               const collision::GridView& moving) noexcept override;
   void show(const TickScene& scene, const publication::SnapshotLook& look,
             RenderedTick& tick) noexcept override;
-  [[nodiscard]] Wrench sum(const TickScene& scene, const publication::SnapshotLook& look,
-                           RenderedTick& tick) noexcept;
-  void ease(const Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept;
+  [[nodiscard]] dynamics::Wrench sum(const TickScene& scene, const publication::SnapshotLook& look,
+                                     RenderedTick& tick) noexcept;
+  void ease(const dynamics::Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept;
 
   local::Advance now_;        // how the copy came to this tick
   bool was_local_ = false;    // in the tick before
   bool has_state_ = false;    // the gathered snapshot has one that the copy was not in
   bool lacks_state_ = false;  // the gathered snapshot is without state
-  Wrench eased_;              // change of the force by the last switch
+  dynamics::Wrench eased_;    // change of the force by the last switch
   std::uint64_t eased_ns_ = 0;
 };
 

@@ -41,7 +41,8 @@ struct RenderedTick {
   display::SnapshotWeights weights;
 };
 
-/// What the tick displayed of that scene's segment, for those who look on.
+/// Returns the snapshot that a tick displayed, as the tool segment tells it. scene_epoch: of the
+/// scene's segment.
 [[nodiscard]] proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
                                                           std::uint64_t scene_epoch) noexcept;
 
@@ -61,7 +62,7 @@ struct TickScene {
   void gather_moving(const collision::GridView& moving, const display::SnapshotWeights& shown,
                      std::span<const PlacedToolSphere> tool,
                      TouchedSpheres& touched) const noexcept;
-  /// Of those that never move. Realtime: as gather_touched().
+  /// Adds the static spheres and fields that the tool touches. Realtime: as gather_touched().
   void gather_static(std::span<const PlacedToolSphere> tool,
                      TouchedSpheres& touched) const noexcept;
 };

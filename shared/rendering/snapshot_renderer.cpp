@@ -44,9 +44,9 @@ ToolForce SnapshotRenderer::force_of_last(const TickScene& scene) noexcept {
   return proxies_.force_of(scene.fixed(), *touched_, scene.pose, tick_s(scene));
 }
 
-SnapshotRenderer::Wrench SnapshotRenderer::sum_force(const TickScene& scene, bool is_seen,
-                                                     const std::optional<ToolForce>& as_before,
-                                                     RenderedTick& tick) noexcept {
+dynamics::Wrench SnapshotRenderer::sum_force(const TickScene& scene, bool is_seen,
+                                             const std::optional<ToolForce>& as_before,
+                                             RenderedTick& tick) noexcept {
   if (is_seen) {
     scene.gather_static(reach(), *fresh_);
     std::swap(touched_, fresh_);
@@ -56,8 +56,8 @@ SnapshotRenderer::Wrench SnapshotRenderer::sum_force(const TickScene& scene, boo
       proxies_.press(scene.fixed(), *touched_, scene.pose, tick_s(scene), scene.stretches_m);
   pressed_ns_ = scene.now_ns;
   if (!as_before) return {};
-  const Wrench change{as_before->force_N - tick.force.force_N,
-                      as_before->torque_N_m - tick.force.torque_N_m};
+  const dynamics::Wrench change{as_before->force_N - tick.force.force_N,
+                                as_before->torque_N_m - tick.force.torque_N_m};
   tick.switch_jump_N = change.force_N.norm();
   return change;
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "shared/dynamics/wrench.hpp"
 #include "shared/rendering/renderer.hpp"
 #include "shared/rendering/tool_proxies.hpp"
 #include "shared/rendering/touched_spheres.hpp"
@@ -31,11 +32,6 @@ class SnapshotRenderer : public Renderer {
   }
   /// The moving spheres near the tool in this tick, being gathered.
   [[nodiscard]] TouchedSpheres& fresh() noexcept { return *fresh_; }
-  /// A force and its moment about the tool's origin, scene's axes.
-  struct Wrench {
-    Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
-    Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
-  };
   /// Returns the force of the last tick's spheres on the tool where it is now.
   [[nodiscard]] ToolForce force_of_last(const TickScene& scene) noexcept;
   /// Goes on with the proxies of a simulation. See ToolProxies::begin_at().
@@ -45,8 +41,9 @@ class SnapshotRenderer : public Renderer {
   /// Sums the force of fresh() and of the static spheres. The last tick's spheres stand if the
   /// scene was not seen. as_before: force_of_last(), if the displayed scene has another source than
   /// in the last tick. Returns by how much larger it is.
-  Wrench sum_force(const TickScene& scene, bool is_seen, const std::optional<ToolForce>& as_before,
-                   RenderedTick& tick) noexcept;
+  dynamics::Wrench sum_force(const TickScene& scene, bool is_seen,
+                             const std::optional<ToolForce>& as_before,
+                             RenderedTick& tick) noexcept;
 
  private:
   [[nodiscard]] double tick_s(const TickScene& scene) const noexcept;

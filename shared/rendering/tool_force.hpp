@@ -29,7 +29,7 @@ struct ToolForce {
   bool is_crushing = false;  // see kFlagCrushed
 };
 
-/// Where a sphere of the tool meets something, or how far it is from it.
+/// A contact of a sphere of the tool, or the distance to what it does not touch.
 struct ToolContact {
   double depth_m;          // of the overlap; negative: the distance between
   Eigen::Vector3d normal;  // towards the tool
@@ -48,7 +48,7 @@ struct ToolContact {
 [[nodiscard]] collision::ContactMaterial contact_material(const proto::SceneHeader& scene,
                                                           std::uint32_t material) noexcept;
 
-/// Of the tool at the point of contact, its rotation included, seen from what it touches.
+/// Returns the velocity of the tool at the point of contact relative to the touched surface, m/s.
 /// Realtime: yes.
 [[nodiscard]] inline Eigen::Vector3d relative_velocity_m_s(const ToolContact& contact,
                                                            const ToolPose& pose) noexcept {

@@ -1,5 +1,6 @@
 #include "sim_server/bodies/solid_shape.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -51,6 +52,22 @@ Vector3d moments_per_kg_m2(const SolidShape& shape) {
   return {across, across, (2.0 * a * r2 / 2.0 + ball * 0.4 * r2) / sum};
 }
 
+/// A corner of a box by its number, x + 2 y + 4 z.
+Vector3d corner_of(const Vector3d& half_m, int corner) {
+  return half_m.cwiseProduct(
+      Vector3d((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1));
+}
+
+/// A sphere is a capsule without a straight part.
+proto::FieldKind field_kind(const SolidShape& shape) {
+  if (shape.kind == Kind::kBox) return proto::FieldKind::kBox;
+  return shape.kind == Kind::kCylinder ? proto::FieldKind::kCylinder : proto::FieldKind::kCapsule;
+}
+
+proto::FieldShape exact_of(const SolidShape& shape) {
+  return collision::exact_shape(field_kind(shape), shape.half_m);
+}
+
 std::vector<spheres::Ball> balls_of_box(const Vector3d& half_m) {
   constexpr double kMaxOnEdges = 48.0;
   const double least_m = half_m.minCoeff(), radius_m = 2.0 * kSmall * least_m;
@@ -58,9 +75,7 @@ std::vector<spheres::Ball> balls_of_box(const Vector3d& half_m) {
   const double spacing_m = std::max(least_m, 8.0 * half_m.sum() / kMaxOnEdges);
   std::vector<spheres::Ball> balls;
   for (int corner = 0; corner < 8; ++corner)
-    balls.push_back({inner_m.cwiseProduct(
-                         Vector3d((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1)),
-                     radius_m});
+    balls.push_back({corner_of(inner_m, corner), radius_m});
   for (int axis = 0; axis < 3; ++axis) {
     const double parts = std::ceil(2.0 * half_m[axis] / spacing_m - 1e-9);
     for (double part = 1.0; part < parts; part += 1.0)
@@ -131,9 +146,7 @@ void add_turned(const SolidShape& shape, mesh::TriangleMesh& mesh) {
 
 void add_box(const Vector3d& half_m, mesh::TriangleMesh& mesh) {
   const auto first = static_cast<int>(mesh.vertices_m.size());
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices_m.emplace_back(half_m.cwiseProduct(
-        Vector3d((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1)));
+  for (int corner = 0; corner < 8; ++corner) mesh.vertices_m.push_back(corner_of(half_m, corner));
   constexpr std::array<std::array<int, 4>, 6> kFaces = {
       {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
   for (const auto& [a, b, c, d] : kFaces)
@@ -152,7 +165,7 @@ mesh::MassProperties mass_properties(std::span<const SolidShape> shapes) {
   for (const SolidShape& shape : shapes) {
     const Eigen::Matrix3d axes = shape.orientation.toRotationMatrix();
     const Vector3d arm_m = shape.position_m - all.centre_m;
-    all.inverse_inertia_per_kg_m2 +=
+    all.inertia_per_kg_m2 +=
         volume_m3(shape) / all.volume_m3 *
         (axes * moments_per_kg_m2(shape).asDiagonal() * axes.transpose() +
          arm_m.squaredNorm() * Eigen::Matrix3d::Identity() - arm_m * arm_m.transpose());
@@ -160,12 +173,15 @@ mesh::MassProperties mass_properties(std::span<const SolidShape> shapes) {
   return all;
 }
 
+PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+  PrincipalAxes principal{solver.eigenvectors(), solver.eigenvalues()};
+  if (principal.axes.determinant() < 0.0) principal.axes.col(0) = -principal.axes.col(0);
+  return principal;
+}
+
 std::shared_ptr<const collision::DistanceField> field_of(const SolidShape& shape) {
-  const proto::FieldKind kind = shape.kind == Kind::kBox       ? proto::FieldKind::kBox
-                                : shape.kind == Kind::kCapsule ? proto::FieldKind::kCapsule
-                                                               : proto::FieldKind::kCylinder;
-  return std::make_shared<const collision::DistanceField>(
-      collision::exact_shape(kind, shape.half_m));
+  return std::make_shared<const collision::DistanceField>(exact_of(shape));
 }
 
 std::vector<spheres::Ball> contact_balls(const SolidShape& shape) {
@@ -184,18 +200,12 @@ std::vector<spheres::Ball> contact_balls(const SolidShape& shape) {
 bool hides(const SolidShape& shape, const spheres::Ball& ball) {
   constexpr double kTouching = 0.01;  // of the ball's radius: a ball so near touches the surface
   const Vector3d at_m = shape.orientation.conjugate() * (ball.centre_m - shape.position_m);
-  if (shape.kind == Kind::kSphere)
-    return at_m.norm() + (1.0 + kTouching) * ball.radius_m < shape.half_m.x();
-  const auto sample = collision::sample(field_of(shape)->view(), at_m);
-  return sample->distance_m + (1.0 + kTouching) * ball.radius_m < 0.0;
+  const auto sample = collision::exact_sample(exact_of(shape), at_m);
+  return sample && sample->distance_m + (1.0 + kTouching) * ball.radius_m < 0.0;
 }
 
 double bounding_radius_m(const SolidShape& shape) {
-  const double own_m = shape.kind == Kind::kBox ? shape.half_m.norm()
-                       : shape.kind == Kind::kCylinder
-                           ? std::hypot(shape.half_m.x(), shape.half_m.z())
-                           : shape.half_m.z();
-  return shape.position_m.norm() + own_m;
+  return shape.position_m.norm() + collision::ball_radius_m(field_kind(shape), shape.half_m);
 }
 
 void add_surface(const SolidShape& shape, mesh::TriangleMesh& mesh) {

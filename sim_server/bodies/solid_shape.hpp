@@ -28,8 +28,15 @@ struct SolidShape {
 /// several of them share counts once for each.
 [[nodiscard]] mesh::MassProperties mass_properties(std::span<const SolidShape> shapes);
 
-/// Returns the distance field of a shape in its own frame. Pre: not a sphere, which is exact as a
-/// collision sphere.
+/// The axes along which an inertia is diagonal, as columns of a rotation, and its moments along
+/// them, the least first.
+struct PrincipalAxes {
+  Eigen::Matrix3d axes;
+  Eigen::Vector3d moments;
+};
+[[nodiscard]] PrincipalAxes principal_axes(const Eigen::Matrix3d& inertia);
+
+/// Returns the distance field of a shape in its own frame.
 [[nodiscard]] std::shared_ptr<const collision::DistanceField> field_of(const SolidShape& shape);
 
 /// Returns balls within the shape by which it meets planes and the fields of others, in the frame

@@ -30,7 +30,7 @@ MassProperties properties_of(const TriangleMesh& mesh, Size&& size) {
   const Eigen::Vector3d centre = first / whole;
   properties.centre_m = origin_m + centre;
   const Eigen::Matrix3d central = second / whole - centre * centre.transpose();
-  properties.inverse_inertia_per_kg_m2 = central.trace() * Eigen::Matrix3d::Identity() - central;
+  properties.inertia_per_kg_m2 = central.trace() * Eigen::Matrix3d::Identity() - central;
   properties.volume_m3 = Corners == 4 ? whole : 0.0;
   return properties;
 }

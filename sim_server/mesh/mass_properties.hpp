@@ -11,7 +11,7 @@ struct MassProperties {
   double volume_m3 = 0.0;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   /// Moments about the centre along the mesh's axes, for a mass of 1 kg.
-  Eigen::Matrix3d inverse_inertia_per_kg_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d inertia_per_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
 /// The exact integrals over the polyhedron, a tetrahedron from one point to each triangle

@@ -41,7 +41,7 @@ PeerScene falling_boxes(int count) {
     const bodies::SolidShape box{.kind = bodies::SolidShape::Kind::kBox, .half_m = 0.5 * size_m};
     const double mass_kg = 1000.0 * size_m.prod();
     const Eigen::Vector3d inertia_kg_m2 =
-        mass_kg * bodies::mass_properties({&box, 1}).inverse_inertia_per_kg_m2.diagonal();
+        mass_kg * bodies::mass_properties({&box, 1}).inertia_per_kg_m2.diagonal();
     const int rigid = ours.add_rigid(mass_kg, inertia_kg_m2, at);
     ours.state.orientation.back() = dynamics::Vector4(Eigen::Quaterniond(
         Eigen::AngleAxisd(between(-0.2, 0.2), Eigen::Vector3d(1.0, 1.0, 1.0).normalized())));

@@ -149,11 +149,10 @@ template <class Shape>
 }
 
 /// A rigid body of the shape of these balls, about their common frame.
-[[nodiscard]] inline bodies::BodyDescription rigid_mesh(
-    std::vector<spheres::Ball> balls, const Eigen::Vector3d& inverse_inertia_per_kg_m2,
-    double mass_kg) {
-  return body_of(bodies::RigidMeshBody{std::move(balls), {}, {}, inverse_inertia_per_kg_m2},
-                 mass_kg);
+[[nodiscard]] inline bodies::BodyDescription rigid_mesh(std::vector<spheres::Ball> balls,
+                                                        const Eigen::Vector3d& inertia_per_kg_m2,
+                                                        double mass_kg) {
+  return body_of(bodies::RigidMeshBody{std::move(balls), {}, {}, inertia_per_kg_m2}, mass_kg);
 }
 
 /// Solid below a height.

@@ -1,6 +1,5 @@
 #include "sim_server/bodies/kinds/compound.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -38,15 +37,13 @@ SolidShape read_shape(toml::TableReader& table) {
   return shape;
 }
 
-/// Axes in which an inertia is diagonal: those of its frame, if they are.
-Eigen::Matrix3d principal_axes(const Eigen::Matrix3d& inertia) {
+/// The axes of the frame if an inertia is diagonal there, else its principal ones.
+Eigen::Matrix3d diagonal_axes(const Eigen::Matrix3d& inertia) {
   constexpr double kRounding = 1e-12;  // of the trace
   const Eigen::Matrix3d diagonal = inertia.diagonal().asDiagonal();
   if ((inertia - diagonal).norm() <= kRounding * inertia.trace())
     return Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvectors();
-  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-  return axes;
+  return principal_axes(inertia).axes;
 }
 
 }  // namespace
@@ -64,7 +61,7 @@ void read_compound(toml::TableReader& table, BodyDescription& body,
 
 CompoundBody compound_of(std::vector<SolidShape> shapes, BodyDescription& body) {
   const mesh::MassProperties mass = mass_properties(shapes);
-  const Eigen::Matrix3d axes = principal_axes(mass.inverse_inertia_per_kg_m2);
+  const Eigen::Matrix3d axes = diagonal_axes(mass.inertia_per_kg_m2);
   const Eigen::Quaterniond turn(axes);
   for (SolidShape& shape : shapes) {
     shape.position_m = axes.transpose() * (shape.position_m - mass.centre_m);
@@ -72,7 +69,7 @@ CompoundBody compound_of(std::vector<SolidShape> shapes, BodyDescription& body) 
   }
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = body.orientation * turn;
-  return {std::move(shapes), (axes.transpose() * mass.inverse_inertia_per_kg_m2 * axes).diagonal()};
+  return {std::move(shapes), (axes.transpose() * mass.inertia_per_kg_m2 * axes).diagonal()};
 }
 
 BodyCounts counts_of(const CompoundBody& compound) {
@@ -83,7 +80,7 @@ BodyCounts counts_of(const CompoundBody& compound) {
 }
 
 RigidShape rigid_shape(const CompoundBody& compound, double mass_kg) {
-  RigidShape rigid{.inertia_kg_m2 = mass_kg * compound.inverse_inertia_per_kg_m2};
+  RigidShape rigid{.inertia_kg_m2 = mass_kg * compound.inertia_per_kg_m2};
   for (const SolidShape& shape : compound.shapes)
     rigid.bounding_radius_m = std::max(rigid.bounding_radius_m, bounding_radius_m(shape));
   return rigid;

@@ -21,7 +21,7 @@ struct BodyDescription;
 /// distance.
 struct CompoundBody {
   std::vector<SolidShape> shapes = {};
-  Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
+  Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
 };
 
 /// Reads `shape` into body.shape. Throws SceneError. Pre: body.motion is read.

@@ -22,7 +22,7 @@ SpringNet net_of(const SoftMeshBody& mesh, const BodyDescription& body) {
 }
 
 RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg) {
-  RigidShape shape{.inertia_kg_m2 = mass_kg * mesh.inverse_inertia_per_kg_m2};
+  RigidShape shape{.inertia_kg_m2 = mass_kg * mesh.inertia_per_kg_m2};
   for (const spheres::Ball& ball : mesh.balls)
     shape.bounding_radius_m =
         std::max(shape.bounding_radius_m, ball.centre_m.norm() + ball.radius_m);

@@ -40,7 +40,7 @@ struct RigidMeshBody {
   std::vector<spheres::Ball> balls = {};
   mesh::TriangleMesh surface = {};  // closed, but for a shell; for a display
   std::string no_solid = {};        // why it is a shell, which cover_shells() covers with balls
-  Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
+  Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
   std::optional<AskedField> asked_field = {};
   std::shared_ptr<const collision::DistanceField> field = {};  // make_fields() makes it
 };

@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "sim_server/bodies/kinds/contact_keys.hpp"
 #include "sim_server/bodies/kinds/kept_spheres.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
+#include "sim_server/bodies/solid_shape.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -186,13 +186,11 @@ RigidMeshBody in_principal_frame(std::vector<spheres::Ball> balls, const mesh::T
                                  const std::string& no_solid, BodyDescription& body) {
   const mesh::MassProperties mass =
       no_solid.empty() ? mesh::mass_properties(mesh) : mesh::shell_mass_properties(mesh);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inverse_inertia_per_kg_m2);
-  Eigen::Matrix3d axes = solver.eigenvectors();
-  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+  const auto [axes, moments] = principal_axes(mass.inertia_per_kg_m2);
   RigidMeshBody rigid{
       .balls = std::move(balls), .surface = mesh, .no_solid = no_solid, .asked_field = field};
-  rigid.inverse_inertia_per_kg_m2 = solver.eigenvalues();
-  const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
+  rigid.inertia_per_kg_m2 = moments;
+  const auto moved = [&, &axes = axes](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
   for (spheres::Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);

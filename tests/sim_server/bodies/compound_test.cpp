@@ -39,14 +39,13 @@ mesh::MassProperties by_points(const std::vector<SolidShape>& shapes) {
       const double volume_m3 = 8.0 * shape.half_m.prod() / kCount;
       sum.volume_m3 += volume_m3;
       sum.centre_m += volume_m3 * at_m;
-      sum.inverse_inertia_per_kg_m2 +=
+      sum.inertia_per_kg_m2 +=
           volume_m3 * (at_m.squaredNorm() * Eigen::Matrix3d::Identity() - at_m * at_m.transpose());
     }
   sum.centre_m /= sum.volume_m3;
   const Vector3d& c = sum.centre_m;
-  sum.inverse_inertia_per_kg_m2 /= sum.volume_m3;
-  sum.inverse_inertia_per_kg_m2 -=
-      c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose();
+  sum.inertia_per_kg_m2 /= sum.volume_m3;
+  sum.inertia_per_kg_m2 -= c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose();
   return sum;
 }
 
@@ -94,8 +93,8 @@ TEST_CASE("Mass properties are those of points strewn in the shapes", "[compound
     const mesh::MassProperties own = mass_properties(some), strewn = by_points(some);
     CHECK(own.volume_m3 == Approx(strewn.volume_m3).epsilon(3e-3));
     CHECK((own.centre_m - strewn.centre_m).norm() < 1e-4);
-    CHECK((own.inverse_inertia_per_kg_m2 - strewn.inverse_inertia_per_kg_m2).norm() <
-          5e-3 * own.inverse_inertia_per_kg_m2.norm());
+    CHECK((own.inertia_per_kg_m2 - strewn.inertia_per_kg_m2).norm() <
+          5e-3 * own.inertia_per_kg_m2.norm());
   }
 }
 

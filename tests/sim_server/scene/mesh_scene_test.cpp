@@ -72,7 +72,7 @@ TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", 
   CHECK(body.position_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.02, 3.005)));
   // (b^2 + c^2) / 12 of 40, 20 and 10 mm, ascending.
   const auto& rigid = std::get<bodies::RigidMeshBody>(body.shape);
-  CHECK(rigid.inverse_inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
+  CHECK(rigid.inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
   REQUIRE(rigid.balls.size() == 3);
   const Eigen::Vector3d end_m = body.position_m + body.orientation * rigid.balls[2].centre_m;
   CHECK(end_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.035, 3.005)));
@@ -207,7 +207,7 @@ TEST_CASE("A rigid mesh that bounds no solid is a shell, with the inertia of its
   const SceneDescription scene = scene_of(kBefore + file_line(sheet.name()));
   const auto& rigid = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
   // b^2 / 12 and a^2 / 12 of 40 and 20 mm, and their sum.
-  CHECK(rigid.inverse_inertia_per_kg_m2.isApprox(Eigen::Vector3d(4e-4, 16e-4, 20e-4) / 12.0));
+  CHECK(rigid.inertia_per_kg_m2.isApprox(Eigen::Vector3d(4e-4, 16e-4, 20e-4) / 12.0));
   CHECK(rigid.field == nullptr);
   REQUIRE(scene.notes.size() == 1);
   CHECK(scene.notes[0].find("not closed: 4 boundary edges") != std::string::npos);
