@@ -1,4 +1,4 @@
-/* libstillgrid: any simulation may publish, any program may read. A C ABI, version 2.
+/* libstillgrid: any simulation may publish, any program may read. A C ABI, version 3.
  *
  * A simulation publishes its scene as spheres and planes into a session's shared memory; a
  * haptic_server of that session computes the force on the hand at 1 kHz against the newest
@@ -35,7 +35,7 @@ extern "C" {
 #define STILLGRID_API
 #endif
 
-#define STILLGRID_API_VERSION 2u
+#define STILLGRID_API_VERSION 3u
 
 /* Result codes. */
 #define STILLGRID_OK 0
@@ -67,8 +67,7 @@ STILLGRID_API const char* stillgrid_last_error(void);
 typedef struct stillgrid_material {
   double stiffness_N_per_m; /* of a contact with the tool */
   double damping_N_s_per_m;
-  double friction;       /* Coulomb's */
-  double slip_speed_m_s; /* below it friction is viscous; more than 0 */
+  double friction; /* Coulomb's */
 } stillgrid_material;
 
 /* Solid below: points with normal . x < offset_m are inside. */
@@ -92,10 +91,9 @@ typedef struct stillgrid_shapes {
 /* A hand: its tool, and where its device stands in the scene. */
 typedef struct stillgrid_hand {
   uint32_t struct_size;
-  uint32_t tool_count;   /* 1 at least */
-  const char* name;      /* null: the only hand, without a name */
-  const double* tool_m;  /* 4 values a sphere of the tool: its centre in the tool's frame, radius */
-  double slip_speed_m_s; /* least slip speed of a contact with the tool; 0: 0.05 */
+  uint32_t tool_count;  /* 1 at least */
+  const char* name;     /* null: the only hand, without a name */
+  const double* tool_m; /* 4 values a sphere of the tool: its centre in the tool's frame, radius */
   double device_position_m[3];
   double device_orientation_xyzw[4]; /* all 0: the scene's own axes */
   double device_scale;               /* metres in the scene a metre of the device; 0: 1 */

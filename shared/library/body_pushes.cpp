@@ -37,6 +37,8 @@ BodyPushes::BodyPushes(const local::GivenModel& model)
   state_.spheres.reserve(local::kMaxGivenSpheres);
   pushes_.reserve(local::kMaxHeldBodies * model.tools.size());
   wrenches_.reserve(local::kMaxHeldBodies);
+  state_.proxies.reserve(local::kMaxGivenProxies);
+  proxies_.reserve(local::kMaxGivenProxies);
   block_.reserve(local::given_state_capacity(SIZE_MAX));
 }
 
@@ -116,6 +118,7 @@ void BodyPushes::fill(publication::MovingRecords& moving,
                       std::span<const GivenBody> given) noexcept {
   state_.bodies.clear();
   state_.spheres.clear();
+  state_.proxies.clear();
   std::ranges::sort(groups_, {}, &Group::body);
   const auto records = moving.records();
   for (const Group& group : groups_) {
@@ -144,6 +147,26 @@ void BodyPushes::fill(publication::MovingRecords& moving,
   }
 }
 
+/// Whether the proxies of the last pushes are those of a state at a tick.
+bool BodyPushes::goes_on_at(std::uint64_t tick) const noexcept {
+  constexpr std::uint64_t kOldest = 100;  // ticks
+  return !proxies_.empty() &&
+         std::max(tick, proxies_tick_) - std::min(tick, proxies_tick_) <= kOldest;
+}
+
+/// Gives the state the proxies of the last pushes. Each is where the sphere that carries it is now.
+void BodyPushes::begin_proxies() noexcept {
+  state_.proxies.assign(proxies_.begin(), proxies_.end());
+  for (local::GivenProxy& proxy : state_.proxies) {
+    const auto it = std::ranges::find(state_.spheres, proxy.carrier, &local::GivenSphere::number);
+    if (it == state_.spheres.end()) continue;
+    const Vector3d now_m = state_.bodies[it->body].centre_m + it->arm_m + proxy.arm_m;
+    // Another sphere may have the number now.
+    const double moved_m = (now_m - proxy.position_m).norm();
+    if (moved_m < proxy.arm_m.norm()) proxy.position_m = now_m;
+  }
+}
+
 void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenBody> given,
                       std::span<const HandPath> hands, std::uint64_t from,
                       std::uint64_t to) noexcept {
@@ -153,22 +176,29 @@ void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenB
   for (std::size_t hand = 0; hand < hands.size(); ++hand) {
     std::optional<Ball> ball = ball_of(hands[hand], from, to);
     if (!ball) continue;
-    ball->radius_m += 4.0 * radius_m_[hand];  // bodies turn, and are pushed on
+    // Bodies turn, and are pushed on. Proxies are behind.
+    ball->radius_m += 4.0 * radius_m_[hand] + bodies_.tools().behind_m(hand);
     (void)find_near(moving, *ball, ticks * dynamics::kTick_s);
   }
-  if (near_.empty()) return;
+  const bool goes_on = goes_on_at(from);
+  if (near_.empty()) return proxies_.clear();
   group();
   std::size_t room = local::kMaxGivenSpheres;
   groups_.resize(std::min(groups_.size(), local::kMaxHeldBodies));
   for (Group& group : groups_) room -= group.count = std::min(group.count, room);
   std::erase_if(groups_, [](const Group& group) { return group.count == 0; });
   fill(moving, given);
-  bodies_.begin(state_);
-  for (std::uint64_t tick = from + 1; tick <= to; ++tick) {
+  if (goes_on) begin_proxies();
+  for (std::uint64_t tick = from; tick <= to; ++tick) {
     for (std::size_t hand = 0; hand < hands.size(); ++hand)
       poses_[hand] = dynamics::led_on_pose(hands[hand].path, tick, hands[hand].led_on_ticks);
-    bodies_.step(poses_);
+    if (tick == from)
+      bodies_.begin(state_, poses_);
+    else
+      bodies_.step(poses_);
   }
+  proxies_.assign(bodies_.tools().proxies().begin(), bodies_.tools().proxies().end());
+  proxies_tick_ = to;
   for (const GivenBody& body : state_.bodies) wrenches_.emplace_back(body.number, Twist::Zero());
   for (std::size_t hand = 0; hand < hands.size(); ++hand) tell(hand, ticks);
 }
@@ -216,6 +246,7 @@ std::span<const std::byte> BodyPushes::state_at(std::uint64_t tick,
     return !fits;
   });
   fill(moving, given);
+  if (goes_on_at(tick)) begin_proxies();
   encode(state_, block_);
   return block_;
 }

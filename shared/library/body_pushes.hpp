@@ -77,9 +77,14 @@ class BodyPushes {
   void fill(publication::MovingRecords& moving, std::span<const local::GivenBody> given) noexcept;
   void tell(std::size_t hand, double ticks) noexcept;
 
+  [[nodiscard]] bool goes_on_at(std::uint64_t tick) const noexcept;
+  void begin_proxies() noexcept;
+
   local::GivenBodies bodies_;
   local::GivenState state_;
-  std::vector<double> radius_m_;  // a tool: its spheres about its origin
+  std::vector<local::GivenProxy> proxies_;  // at the end of the last pushes
+  std::uint64_t proxies_tick_ = 0;          // the tick of that
+  std::vector<double> radius_m_;            // a tool: its spheres about its origin
   std::vector<Near> near_;
   std::vector<Group> groups_;
   std::vector<std::optional<dynamics::ToolPose>> poses_;

@@ -184,7 +184,7 @@ int Reader::fixed(stillgrid_fixed& told) const {
                 scene.material_count, scene.plane_count, scene.tool_sphere_count);
   for (std::uint32_t i = 0; told.materials != nullptr && i < scene.material_count; ++i) {
     const proto::Material& m = scene.materials[i];
-    told.materials[i] = {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s};
+    told.materials[i] = {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction};
   }
   for (std::uint32_t i = 0; told.planes != nullptr && i < scene.plane_count; ++i) {
     const proto::Plane& p = scene.planes[i];

@@ -14,8 +14,9 @@ namespace stillgrid::library {
 namespace {
 
 constexpr double kLongestPeriod_s = 10.0;
-constexpr double kDefaultSlip_m_s = 0.05, kDefaultTool_m = 0.005;
-constexpr double kUnit = 1e-6;  // what a unit vector's square may differ from 1
+constexpr double kDefaultTool_m = 0.005;
+constexpr float kSlip_m_s = 1e-3F;  // of a tool without proxies, which no publisher has
+constexpr double kUnit = 1e-6;      // what a unit vector's square may differ from 1
 
 float f(double x) {
   return static_cast<float>(x);
@@ -30,14 +31,13 @@ int read_materials(const stillgrid_scene& scene, publication::StaticScene& fixed
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const stillgrid_material& m = scene.materials[i];
     const auto is_law = [](double x) { return is_number(x) && x >= 0.0; };
-    if (!is_law(m.stiffness_N_per_m) || !is_law(m.damping_N_s_per_m) || !is_law(m.friction) ||
-        !is_law(m.slip_speed_m_s) || !(f(m.slip_speed_m_s) > 0.0F))
-      return fail(STILLGRID_E_ARGUMENT,
-                  "scene.materials[%u]: %g N/m, %g N s/m, friction %g above %g m/s: expected "
-                  "numbers of 0 or more, the speed more than 0",
-                  i, m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s);
+    if (!is_law(m.stiffness_N_per_m) || !is_law(m.damping_N_s_per_m) || !is_law(m.friction))
+      return fail(
+          STILLGRID_E_ARGUMENT,
+          "scene.materials[%u]: %g N/m, %g N s/m, friction %g: expected numbers of 0 or more", i,
+          m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction);
     fixed.materials.push_back(
-        {f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction), f(m.slip_speed_m_s)});
+        {f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction), kSlip_m_s});
   }
   return STILLGRID_OK;
 }
@@ -119,12 +119,6 @@ int read_hand(const stillgrid_hand& hand, std::uint32_t number, publication::Han
                   number, i, s[0], s[1], s[2], s[3]);
     read.fixed.tool.push_back({{f(s[0]), f(s[1]), f(s[2])}, f(s[3])});
   }
-  const double slip_m_s = hand.slip_speed_m_s == 0.0 ? kDefaultSlip_m_s : hand.slip_speed_m_s;
-  if (!is_number(slip_m_s) || !(f(slip_m_s) > 0.0F))
-    return fail(STILLGRID_E_ARGUMENT,
-                "scene.hands[%u].slip_speed_m_s: %g: expected a number of more than 0", number,
-                slip_m_s);
-  read.fixed.tool_slip_speed_m_s = f(slip_m_s);
   if (hand.name != nullptr) {
     read.name = hand.name;
     if (const std::string complaint = publication::hand_complaint(read.name); !complaint.empty())
@@ -237,7 +231,6 @@ local::GivenModel given_model(const publication::SessionSpec& spec,
         {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s});
   for (const publication::HandScene& hand : hands) {
     local::GivenModel::Tool& tool = model.tools.emplace_back();
-    tool.slip_speed_m_s = double{hand.fixed.tool_slip_speed_m_s};
     for (const proto::ToolSphere& sphere : hand.fixed.tool)
       tool.spheres.push_back(
           {Eigen::Map<const Eigen::Vector3f>(sphere.position_m.data()).cast<double>(),

@@ -38,30 +38,29 @@ Matrix6 turned(const Matrix6& matrix, const Eigen::Quaterniond& turn) noexcept {
 
 GivenBodies::GivenBodies(GivenModel model)
     : model_(std::move(model)),
-      tools_(model_.tools.size()),
+      tools_(model_),
       contacts_(model_.tools.size()),
       pushes_(model_.tools.size() * kMaxHeldBodies) {
   state_.bodies.reserve(kMaxHeldBodies);
   state_.spheres.reserve(kMaxGivenSpheres);
   turns_.reserve(kMaxHeldBodies);
   starts_.reserve(kMaxHeldBodies);
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    double& radius_m = radius_m_.emplace_back(0.0);
-    for (const GivenModel::ToolSphere& sphere : model_.tools[hand].spheres)
-      radius_m = std::max(radius_m, sphere.centre_m.norm() + sphere.radius_m);
-    tools_[hand].centre_m.resize(model_.tools[hand].spheres.size());
-  }
+  led_.reserve(kMaxGivenSpheres);
+  led_bodies_.reserve(kMaxHeldBodies);
+  pushed_.reserve(GivenTools::kMaxContacts);
 }
 
-void GivenBodies::begin(const GivenState& state) noexcept {
+void GivenBodies::begin(const GivenState& state,
+                        std::span<const std::optional<dynamics::ToolPose>> tools) noexcept {
   state_.bodies.assign(state.bodies.begin(), state.bodies.end());
   state_.spheres.assign(state.spheres.begin(), state.spheres.end());
   turns_.assign(state.bodies.size(), Eigen::Quaterniond::Identity());
   starts_.clear();
   for (const GivenBody& body : state.bodies) starts_.push_back(body.twist);
   ticks_ = 0;
-  for (PlacedTool& tool : tools_) tool.is_here = false;
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+  tools_.begin(state);
+  if (!tools.empty()) tools_.place(tools);
+  for (std::size_t hand = 0; hand < contacts_.size(); ++hand)
     std::fill_n(pushes_.begin() + static_cast<std::ptrdiff_t>(hand * kMaxHeldBodies),
                 state.bodies.size(), Push());
 }
@@ -86,68 +85,10 @@ bool GivenBodies::is_plausible() const noexcept {
 }
 
 void GivenBodies::stand() noexcept {
-  for (GivenBody& body : state_.bodies) body.twist.setZero();
-}
-
-void GivenBodies::place(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept {
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
-    PlacedTool& tool = tools_[hand];
-    const bool was_here = std::exchange(tool.is_here, hand < tools.size() && tools[hand]);
-    if (!tool.is_here) continue;
-    const Eigen::Quaterniond before = tool.pose.orientation;
-    tool.pose = *tools[hand];
-    tool.turning_rad_s.setZero();
-    if (was_here)
-      tool.turning_rad_s =
-          dynamics::rotation_vector(tool.pose.orientation * before.conjugate()) / kTick_s;
-    for (std::size_t i = 0; i < tool.centre_m.size(); ++i)
-      tool.centre_m[i] =
-          tool.pose.position_m + tool.pose.orientation * model_.tools[hand].spheres[i].centre_m;
-  }
-}
-
-/// Adds what a tool does to a sphere of a body that stands at arm_m beside the body's centre.
-void GivenBodies::touch(std::size_t hand, const GivenBody& body, const Vector3d& arm_m,
-                        const GivenSphere& sphere, Contacts& contacts) const noexcept {
-  const PlacedTool& tool = tools_[hand];
-  const Vector3d sphere_m = body.centre_m + arm_m;
-  const double near_m = radius_m_[hand] + sphere.radius_m;
-  if (!((sphere_m - tool.pose.position_m).squaredNorm() < near_m * near_m)) return;
-  const GivenModel::Tool& shape = model_.tools[hand];
-  for (std::size_t i = 0; i < shape.spheres.size(); ++i) {
-    const Vector3d apart_m = tool.centre_m[i] - sphere_m;
-    const double touching_m = shape.spheres[i].radius_m + sphere.radius_m;
-    const double distance_m = apart_m.norm();
-    if (!(distance_m < touching_m)) continue;
-    const collision::ContactMaterial material =
-        collision::tool_material(model_.materials[sphere.material], shape.slip_speed_m_s);
-    const Vector3d normal =
-        distance_m > 1e-12 ? Vector3d(apart_m / distance_m) : Vector3d(Vector3d::UnitZ());
-    const Vector3d point_m =
-        tool.centre_m[i] - shape.spheres[i].radius_m / touching_m * distance_m * normal;
-    const PointMotion motion = motion_of(point_m - body.centre_m);
-    const Vector3d passing_m_s = tool.pose.velocity_m_s +
-                                 tool.turning_rad_s.cross(point_m - tool.pose.position_m) -
-                                 motion * body.twist - sphere.own_m_s;
-    const Vector3d force_N =
-        -collision::contact_force_N(material, touching_m - distance_m, normal, passing_m_s);
-    const double apart_m_s = normal.dot(passing_m_s);
-    const double slip_m_s = (passing_m_s - apart_m_s * normal).norm();
-    const double rubbing =  // N s/m, of friction
-        material.friction * std::max(0.0, -normal.dot(force_N)) /
-        std::max(slip_m_s, material.slip_speed_m_s);
-    const double across = kTick_s * rubbing;
-    const double along = kTick_s * (kTick_s * material.stiffness_N_per_m +
-                                    (apart_m_s < 0.0 ? material.damping_N_s_per_m : 0.0));
-    const Eigen::Matrix3d resisting =
-        across * Eigen::Matrix3d::Identity() + (along - across) * normal * normal.transpose();
-    contacts.wrench += motion.transpose() * force_N;
-    contacts.resisting += motion.transpose() * resisting * motion;
-    const double size_N = force_N.norm();
-    contacts.weight_N += size_N;
-    contacts.weighted += size_N * (point_m - body.centre_m);
-    contacts.own_W += force_N.dot(sphere.own_m_s);
-    ++contacts.count;
+  for (GivenBody& body : state_.bodies) {
+    body.twist.setZero();
+    body.acceleration.setZero();
+    body.inverse_inertia.setZero();
   }
 }
 
@@ -180,54 +121,92 @@ GivenBodies::Course GivenBodies::course_of(std::size_t index, const Matrix6& inv
   return course;
 }
 
-void GivenBodies::step(std::size_t index, std::span<GivenSphere> spheres) noexcept {
+void GivenBodies::move(std::size_t index) noexcept {
   GivenBody& body = state_.bodies[index];
-  Eigen::Quaterniond& turn = turns_[index];
-  const Vector3d start_m = body.centre_m;
-  const Eigen::Quaterniond start = turn;
-  body.twist += kTick_s * body.acceleration;
-  const auto move = [&] {
-    body.centre_m = start_m + kTick_s * body.twist.head<3>();
-    turn = (dynamics::rotation_by(kTick_s * body.twist.tail<3>()) * start).normalized();
-  };
-  move();  // where the body goes without the tools
-  for (Contacts& contacts : contacts_) contacts = {};
-  for (GivenSphere& sphere : spheres) {
-    sphere.arm_m += kTick_s * sphere.own_m_s;
-    const Vector3d arm_m = turn * sphere.arm_m;
-    for (std::size_t hand = 0; hand < tools_.size(); ++hand)
-      if (tools_[hand].is_here) touch(hand, body, arm_m, sphere, contacts_[hand]);
+  const LedBody& led = led_bodies_[index];
+  body.centre_m = led.start_m + kTick_s * body.twist.head<3>();
+  turns_[index] =
+      (dynamics::rotation_by(kTick_s * body.twist.tail<3>()) * led.start_turn).normalized();
+}
+
+/// Moves all bodies to where they go in a tick without the tools.
+void GivenBodies::lead() noexcept {
+  led_.resize(state_.spheres.size());
+  led_bodies_.clear();
+  for (std::size_t i = 0; i < led_.size(); ++i) {
+    led_[i].moved_m = -position_m(state_.spheres[i]);
+    state_.spheres[i].arm_m += kTick_s * state_.spheres[i].own_m_s;
   }
+  for (std::size_t index = 0; index < state_.bodies.size(); ++index) {
+    GivenBody& body = state_.bodies[index];
+    body.twist += kTick_s * body.acceleration;
+    led_bodies_.push_back({body.centre_m, turns_[index], body.twist});
+    move(index);
+  }
+  for (std::size_t i = 0; i < led_.size(); ++i) {
+    led_[i].end_m = position_m(state_.spheres[i]);
+    led_[i].moved_m += led_[i].end_m;
+  }
+}
+
+/// Moves a body under its contacts.
+void GivenBodies::push(std::size_t index, std::span<const ToolContact> contacts) noexcept {
+  GivenBody& body = state_.bodies[index];
+  for (Contacts& of_hand : contacts_) of_hand = {};
   Contacts all;
-  for (const Contacts& contacts : contacts_) {
-    all.wrench += contacts.wrench;
-    all.resisting += contacts.resisting;
-    all.count += contacts.count;
+  for (const ToolContact& contact : contacts) {
+    const GivenSphere& sphere = state_.spheres[contact.sphere];
+    if (sphere.body != index) continue;
+    const Vector3d arm_m = contact.point_m - body.centre_m;
+    const PointMotion motion = motion_of(arm_m);
+    const double size_N = contact.force_N.norm();
+    Contacts& of_hand = contacts_[contact.hand];
+    of_hand.wrench += motion.transpose() * contact.force_N;
+    of_hand.resisting += motion.transpose() * contact.resisting_kg * motion;
+    of_hand.weight_N += size_N;
+    of_hand.weighted += size_N * arm_m;
+    of_hand.own_W += contact.force_N.dot(sphere.own_m_s);
+    ++of_hand.count;
+  }
+  for (const Contacts& of_hand : contacts_) {
+    all.wrench += of_hand.wrench;
+    all.resisting += of_hand.resisting;
+    all.count += of_hand.count;
   }
   if (all.count == 0) return;
-  const Course course = course_of(index, turned(body.inverse_inertia, turn), all.resisting);
+  const Course course =
+      course_of(index, turned(body.inverse_inertia, turns_[index]), all.resisting);
   const Twist led = body.twist;
   const Matrix6 equations = Matrix6::Identity() + all.resisting * course.inverse_inertia;
   const Twist wrench =
       equations.partialPivLu().solve(all.wrench - all.resisting * (course.twist - led) / kTick_s);
   body.twist = course.twist + kTick_s * course.inverse_inertia * wrench;
-  move();
-  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+  move(index);
+  for (std::size_t hand = 0; hand < contacts_.size(); ++hand)
     if (contacts_[hand].count > 0)
       add_push(hand, index,
                contacts_[hand].wrench - contacts_[hand].resisting * (body.twist - led) / kTick_s);
 }
 
 void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept {
-  place(tools);
+  tools_.place(tools);
   ++ticks_;
-  const std::span<GivenSphere> all(state_.spheres);
-  for (std::size_t body = 0, first = 0; body < state_.bodies.size(); ++body) {
-    std::size_t end = first;
-    while (end < all.size() && all[end].body == body) ++end;
-    step(body, all.subspan(first, end - first));
-    first = end;
+  lead();
+  const std::span<const ToolContact> contacts = tools_.touch(state_.bodies, state_.spheres, led_);
+  if (contacts.empty()) return tools_.settle(state_.spheres, {});
+  pushed_.clear();
+  for (const ToolContact& contact : contacts)
+    pushed_.push_back(
+        {contact.point_m - state_.bodies[state_.spheres[contact.sphere].body].centre_m,
+         Vector3d::Zero()});
+  for (std::size_t index = 0; index < state_.bodies.size(); ++index) push(index, contacts);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const GivenSphere& sphere = state_.spheres[contacts[c].sphere];
+    const Twist aside = state_.bodies[sphere.body].twist - led_bodies_[sphere.body].twist;
+    pushed_[c].aside_m = kTick_s * (motion_of(pushed_[c].aside_m) * aside);
+    pushed_[c].end_m = position_m(sphere);
   }
+  tools_.settle(state_.spheres, pushed_);
 }
 
 }  // namespace stillgrid::local

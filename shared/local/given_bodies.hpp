@@ -10,6 +10,7 @@
 
 #include "shared/dynamics/tool_path.hpp"
 #include "shared/local/given_state.hpp"
+#include "shared/local/given_tools.hpp"
 
 namespace stillgrid::local {
 
@@ -17,8 +18,8 @@ namespace stillgrid::local {
 /// where no engine of ours knows the scene. See docs/library.md.
 ///
 /// A tick takes h = 1 ms. It takes the tools' contacts implicitly: w = (1 + (h^2 K + h D) W)^-1 F,
-/// and the twist changes by h (a + W w). W is the inverse inertia. F is the contact law's wrench
-/// where the body is at the tick's end without it; K and D are its stiffness and damping.
+/// and the twist changes by h (a + W w). W is the inverse inertia. F is the wrench of the proxies'
+/// springs where the body is at the tick's end without it. K and D are their stiffness and damping.
 /// Bodies do not touch one another here: the acceleration a holds all other forces.
 ///
 /// Thread: one. Realtime: yes, but for the constructor, which allocates.
@@ -35,14 +36,15 @@ class GivenBodies {
 
   explicit GivenBodies(GivenModel model);
 
-  /// Begins from a state. Pre: kMaxHeldBodies and kMaxGivenSpheres at most, of the model's
-  /// materials, in order.
-  void begin(const GivenState& state) noexcept;
+  /// Begins from a state. tools: where each hand's tool is then. Pre: kMaxHeldBodies and
+  /// kMaxGivenSpheres at most, of the model's materials, in order.
+  void begin(const GivenState& state,
+             std::span<const std::optional<dynamics::ToolPose>> tools = {}) noexcept;
   /// Moves all on by a tick. tools: where each hand's tool is at its end; one without a pose is
   /// away.
   void step(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept;
 
-  /// All stop where they are.
+  /// Stops all bodies where they are, whatever pushes them.
   void stand() noexcept;
 
   /// The bodies and spheres after the last tick. Arms are in the frame that turns with the body.
@@ -56,16 +58,11 @@ class GivenBodies {
     return pushes_[hand * kMaxHeldBodies + body];
   }
   [[nodiscard]] const GivenModel& model() const noexcept { return model_; }
+  [[nodiscard]] const GivenTools& tools() const noexcept { return tools_; }
   /// Whether all places and velocities are numbers that a reader takes.
   [[nodiscard]] bool is_plausible() const noexcept;
 
  private:
-  struct PlacedTool {
-    bool is_here = false;
-    dynamics::ToolPose pose;
-    Eigen::Vector3d turning_rad_s = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> centre_m;  // one a sphere
-  };
   /// One tool's contacts with one body: wrench, and resistance h^2 K + h D.
   struct Contacts {
     Twist wrench = Twist::Zero();
@@ -75,6 +72,12 @@ class GivenBodies {
     double own_W = 0.0;  // power of the forces on spheres that move on their own
     int count = 0;
   };
+  /// A body before a tick, and its twist in it without the tools.
+  struct LedBody {
+    Eigen::Vector3d start_m;
+    Eigen::Quaterniond start_turn;
+    Twist twist;
+  };
   /// The twist of a body at a tick's end without its contacts, and its inverse inertia there.
   struct Course {
     Twist twist;
@@ -82,10 +85,9 @@ class GivenBodies {
   };
   [[nodiscard]] Course course_of(std::size_t index, const Matrix6& inverse_inertia,
                                  const Matrix6& resisting) const noexcept;
-  void place(std::span<const std::optional<dynamics::ToolPose>> tools) noexcept;
-  void step(std::size_t body, std::span<GivenSphere> spheres) noexcept;
-  void touch(std::size_t hand, const GivenBody& body, const Eigen::Vector3d& arm_m,
-             const GivenSphere& sphere, Contacts& contacts) const noexcept;
+  void lead() noexcept;
+  void move(std::size_t body) noexcept;
+  void push(std::size_t body, std::span<const ToolContact> contacts) noexcept;
   void add_push(std::size_t hand, std::size_t body, const Twist& wrench) noexcept;
 
   GivenModel model_;
@@ -93,10 +95,12 @@ class GivenBodies {
   std::vector<Eigen::Quaterniond> turns_;  // one a body, since the state
   std::vector<Twist> starts_;              // one a body, in the state
   std::uint64_t ticks_ = 0;                // since the state
-  std::vector<PlacedTool> tools_;
-  std::vector<double> radius_m_;    // a tool: its spheres about its origin
-  std::vector<Contacts> contacts_;  // one a hand, with the body in turn
-  std::vector<Push> pushes_;        // each hand's for all bodies
+  GivenTools tools_;
+  std::vector<LedSphere> led_;              // one a sphere
+  std::vector<LedBody> led_bodies_;         // one a body
+  std::vector<GivenTools::Pushed> pushed_;  // one a contact
+  std::vector<Contacts> contacts_;          // one a hand, with the body in turn
+  std::vector<Push> pushes_;                // each hand's for all bodies
 };
 
 }  // namespace stillgrid::local

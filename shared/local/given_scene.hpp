@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "shared/dynamics/scene_state.hpp"
 #include "shared/local/given_bodies.hpp"
 #include "shared/local/scene_copies.hpp"
 
@@ -44,13 +45,34 @@ class GivenScene : public SceneCopies<GivenCopy> {
   [[nodiscard]] const GivenBodies& bodies() const noexcept { return shown().bodies; }
   /// Returns the place where sphere i of bodies().spheres() is shown then.
   [[nodiscard]] Eigen::Vector3d position_m(std::size_t i) const noexcept;
+  /// Proxies of the own tool's spheres as they are shown then, and the stretches of their friction.
+  /// w is as in dynamics::SceneState::proxy_m. A span is valid until the next call.
+  [[nodiscard]] std::span<const dynamics::Vector4> own_proxies_m() noexcept {
+    return own(proxies_m_);
+  }
+  [[nodiscard]] std::span<const dynamics::Vector4> own_stretches_m() noexcept {
+    return own(stretches_m_);
+  }
 
  private:
   GivenScene(const GivenModel& model, std::size_t hands, std::size_t own_hand);
   void step(GivenCopy& copy) noexcept;
   void shift() noexcept;
 
+  /// A vector of each proxy of the own tool.
+  struct OwnProxies {
+    Eigen::Vector3d GivenProxy::*vector;
+    std::vector<dynamics::Vector4> shown, shifts;  // shifts: at the last swap
+  };
+  [[nodiscard]] dynamics::Vector4 proxy_of(const GivenCopy& copy, std::size_t i,
+                                           Eigen::Vector3d GivenProxy::*vector) const noexcept;
+  [[nodiscard]] double left() const noexcept;
+  [[nodiscard]] std::span<const dynamics::Vector4> own(OwnProxies& all) noexcept;
+  void shift(OwnProxies& all) noexcept;
+
   GivenState decoded_;
+  OwnProxies proxies_m_{&GivenProxy::position_m, {}, {}};
+  OwnProxies stretches_m_{&GivenProxy::stretch_m, {}, {}};
   std::vector<Eigen::Vector3d> shifts_m_, next_shifts_m_;  // one a shown sphere, at the last swap
   std::uint64_t swapped_ = 0;                              // its tick
 };

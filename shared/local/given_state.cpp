@@ -12,10 +12,11 @@
 namespace stillgrid::local {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x31'6e65766967'6773;  // "sggiven1"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x32'6e65766967'6773;  // "sggiven2"; counts up with the layout
 constexpr double kLightest = 1e12;                       // response to a force: a speck of 1e-12 kg
 constexpr double kRounding = 1e-6;                       // of a response
 constexpr std::size_t kBodyBytes = 8 + (3 + 6 + 6 + 36 + 6 + 1) * 8, kSphereBytes = 3 * 8 + 4 * 8;
+constexpr std::size_t kProxyBytes = 8 + 3 * 3 * 8;
 
 class Writer : public dynamics::BlockWriter {
  public:
@@ -51,7 +52,13 @@ class Reader : public dynamics::BlockReader {
   bool is_right_ = true;
 };
 
-bool read(Reader& reader, std::size_t materials, GivenState& state) {
+std::size_t tool_spheres(const GivenModel& model) {
+  std::size_t count = 0;
+  for (const GivenModel::Tool& tool : model.tools) count += tool.spheres.size();
+  return count;
+}
+
+bool read(Reader& reader, const GivenModel& model, GivenState& state) {
   constexpr std::uint64_t kNumbers = std::uint64_t{1} << 32U;
   const std::uint64_t bodies = reader.count(kBodyBytes);
   if (bodies > kMaxGivenBodies) return false;
@@ -75,13 +82,22 @@ bool read(Reader& reader, std::size_t materials, GivenState& state) {
     GivenSphere& sphere = state.spheres.emplace_back();
     sphere.body = reader.index(bodies);
     sphere.number = reader.index(kNumbers);
-    sphere.material = reader.index(materials);
+    sphere.material = reader.index(model.materials.size());
     sphere.radius_m = reader.real();
     reader.each(sphere.arm_m);
     const bool is_next =
         i == 0 || std::pair(state.spheres[i - 1].body, state.spheres[i - 1].number) <
                       std::pair(sphere.body, sphere.number);
     if (!is_next || !(sphere.radius_m > 0.0) || !reader.is_right()) return false;
+  }
+  const std::uint64_t proxies = reader.count(kProxyBytes);
+  if (proxies != 0 && proxies != tool_spheres(model)) return false;
+  for (std::uint64_t i = 0; i < proxies; ++i) {
+    GivenProxy& proxy = state.proxies.emplace_back();
+    proxy.is_here = reader.index(2) == 1;
+    for (Eigen::Vector3d* place : {&proxy.position_m, &proxy.stretch_m, &proxy.device_m})
+      reader.each(*place);
+    if (!reader.is_right()) return false;
   }
   return reader.is_at_end();
 }
@@ -93,8 +109,8 @@ void require(bool is_right) {
 }  // namespace
 
 std::size_t given_state_capacity(std::size_t moving_count) noexcept {
-  return 16 + std::min(kMaxGivenBodies, moving_count) * kBodyBytes +
-         std::min(kMaxGivenSpheres, moving_count) * kSphereBytes;
+  return 24 + std::min(kMaxGivenBodies, moving_count) * kBodyBytes +
+         std::min(kMaxGivenSpheres, moving_count) * kSphereBytes + kMaxGivenProxies * kProxyBytes;
 }
 
 bool is_inverse_inertia(const Matrix6& matrix) noexcept {
@@ -130,7 +146,6 @@ std::vector<std::byte> encode(const GivenModel& model) {
       writer.add(x);
   writer.add<std::uint64_t>(model.tools.size());
   for (const GivenModel::Tool& tool : model.tools) {
-    writer.add(tool.slip_speed_m_s);
     writer.add<std::uint64_t>(tool.spheres.size());
     for (const GivenModel::ToolSphere& sphere : tool.spheres) {
       writer.each(sphere.centre_m);
@@ -159,17 +174,16 @@ GivenModel decode_given_model(std::span<const std::byte> bytes) {
       require((*x = reader.real()) >= 0.0);
     require(m.slip_speed_m_s > 0.0);
   }
-  model.tools.resize(reader.count(2 * 8));
+  model.tools.resize(reader.count(8));
   for (GivenModel::Tool& tool : model.tools) {
-    tool.slip_speed_m_s = reader.real();
-    require(tool.slip_speed_m_s >= 0.0);
     tool.spheres.resize(reader.count(4 * 8));
     for (GivenModel::ToolSphere& sphere : tool.spheres) {
       reader.each(sphere.centre_m);
       require((sphere.radius_m = reader.real()) > 0.0);
     }
   }
-  require(reader.is_right() && reader.is_at_end() && model.tools.size() <= proto::kMaxHands);
+  require(reader.is_right() && reader.is_at_end() && model.tools.size() <= proto::kMaxHands &&
+          tool_spheres(model) <= kMaxGivenProxies);
   return model;
 }
 
@@ -191,21 +205,29 @@ void encode(const GivenState& state, std::vector<std::byte>& bytes) {
     writer.add(sphere.radius_m);
     writer.each(sphere.arm_m);
   }
+  writer.add<std::uint64_t>(state.proxies.size());
+  for (const GivenProxy& proxy : state.proxies) {
+    writer.add<std::uint64_t>(proxy.is_here ? 1 : 0);
+    for (const Eigen::Vector3d* place : {&proxy.position_m, &proxy.stretch_m, &proxy.device_m})
+      writer.each(*place);
+  }
 }
 
-bool decode(std::span<const std::byte> bytes, std::size_t materials, GivenState& state) {
-  state.bodies.clear();
-  state.spheres.clear();
+bool decode(std::span<const std::byte> bytes, const GivenModel& model, GivenState& state) {
+  const auto clear = [&] {
+    state.bodies.clear();
+    state.spheres.clear();
+    state.proxies.clear();
+  };
+  clear();
   bool is_right = false;
   try {
     Reader reader(bytes);
-    is_right = read(reader, materials, state);
+    is_right = read(reader, model, state);
   } catch (const std::invalid_argument&) {  // it ends too early
   }
-  if (is_right) return true;
-  state.bodies.clear();
-  state.spheres.clear();
-  return false;
+  if (!is_right) clear();
+  return is_right;
 }
 
 }  // namespace stillgrid::local

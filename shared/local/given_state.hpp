@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "proto/scene_segment.hpp"
 #include "shared/collision/contact_law.hpp"
 
 namespace stillgrid::local {
@@ -20,7 +21,6 @@ struct GivenModel {
     double radius_m = 0.0;
   };
   struct Tool {
-    double slip_speed_m_s = 0.0;  // see collision::tool_material()
     std::vector<ToolSphere> spheres;
   };
   std::uint64_t period_ticks = 1;  // one publication, rounded up
@@ -50,15 +50,33 @@ struct GivenSphere {
   Eigen::Vector3d own_m_s = Eigen::Vector3d::Zero();  // beside the body's twist; not encoded
 };
 
+/// The proxy of a tool's sphere: see rendering::ToolProxies.
+struct GivenProxy {
+  bool is_here = false;  // the tool was there; else the rest is unset
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // that of friction
+  Eigen::Vector3d device_m = Eigen::Vector3d::Zero();   // the tool's sphere
+  // The rest is not encoded.
+  bool is_let_out = false;  // it is new, and a surface around it still lets it out
+  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();  // the tool's sphere a tick before
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  std::uint32_t carrier = kNone;                    // number of the sphere that pushes it most
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // its place beside that sphere's centre
+};
+
 /// The bodies near the tools at one moment. Bodies are in the order of their numbers,
 /// spheres in that of their bodies, then of their own numbers.
 struct GivenState {
   std::vector<GivenBody> bodies;
   std::vector<GivenSphere> spheres;
+  std::vector<GivenProxy> proxies;  // in the order of hands and their spheres, or empty
 };
 
 /// Bodies that one state encodes, and bodies and spheres that a copy has room for.
 inline constexpr std::size_t kMaxGivenBodies = 64, kMaxHeldBodies = 512, kMaxGivenSpheres = 2048;
+
+/// Proxies that one state encodes.
+inline constexpr std::size_t kMaxGivenProxies = proto::kMaxHands * proto::kMaxToolSpheres;
 
 /// Bytes of the largest state of a scene of so many spheres, a multiple of 8.
 [[nodiscard]] std::size_t given_state_capacity(std::size_t moving_count) noexcept;
@@ -76,12 +94,12 @@ inline constexpr std::size_t kMaxGivenBodies = 64, kMaxHeldBodies = 512, kMaxGiv
 [[nodiscard]] GivenModel decode_given_model(std::span<const std::byte> bytes);
 
 /// Writes a state as one block. Realtime: yes, where bytes has given_state_capacity().
-/// Pre: kMaxGivenBodies and kMaxGivenSpheres at most.
+/// Pre: kMaxGivenBodies, kMaxGivenSpheres and kMaxGivenProxies at most.
 void encode(const GivenState& state, std::vector<std::byte>& bytes);
-/// Reads encode()'s block, which may be hostile. Returns whether a publisher may write its counts,
-/// numbers, inverse inertias and order; else the state is empty. Realtime: yes,
-/// where the state's vectors have room for kMaxGivenBodies and kMaxGivenSpheres.
-[[nodiscard]] bool decode(std::span<const std::byte> bytes, std::size_t materials,
+/// Reads encode()'s block, which may be hostile. Returns whether a publisher of that model may
+/// write its counts, numbers, inverse inertias and order; else the state is empty. Realtime: yes,
+/// where the state's vectors have room for kMaxGivenBodies, kMaxGivenSpheres and kMaxGivenProxies.
+[[nodiscard]] bool decode(std::span<const std::byte> bytes, const GivenModel& model,
                           GivenState& state);
 
 }  // namespace stillgrid::local

@@ -94,7 +94,7 @@ void LocalCopy::replace(std::span<const PlacedToolSphere> tool,
                         .number = sphere.number,
                         .body = given.bodies()[sphere.body].number};
     for (std::uint32_t i = 0; i < tool.size(); ++i) {
-      const double touching_m = tool[i].radius_m + sphere.radius_m;
+      const double touching_m = gathered_within_m(tool[i], sphere.radius_m);
       // Written so that a NaN does not pass.
       if (!((touch.position_m - tool[i].position_m).squaredNorm() < touching_m * touching_m))
         continue;

@@ -42,7 +42,6 @@ void follow_others(const TickScene& scene, Local& local) {
 void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   SnapshotRenderer::prepare(scene, is_other);
   was_local_ = !is_other && now_.is_known;
-  if (is_other) eased_ = {};
   now_ = {};
   if (scene.local == nullptr) return;
   const std::uint64_t tick = path_number(scene.now_ns);
@@ -91,29 +90,53 @@ void LocalRenderer::show(const TickScene& scene, const publication::SnapshotLook
   ease(sum(scene, look, tick), scene.now_ns, tick.force);
 }
 
-/// Sums the force of the copy, or of the snapshots where it does not know this tick.
+/// Sums the force of the copy, or of the snapshots where it does not know this tick. Returns the
+/// change of the force that is to be eased.
 dynamics::Wrench LocalRenderer::sum(const TickScene& scene, const publication::SnapshotLook& look,
                                     RenderedTick& tick) noexcept {
+  const bool is_given = scene.local != nullptr && scene.local->is_given();
   const bool is_switch =
       now_.is_known ? now_.is_swap || !was_local_ : was_local_ || (look.is_new && !look.is_first);
   std::optional<ToolForce> as_before;
-  if (is_switch && (look.accepted() || (now_.is_known && !scene.local->is_given())))
+  if ((is_switch && (look.accepted() || (now_.is_known && !is_given))) ||
+      (lost_a_pusher() && look.accepted()))
     as_before = force_of_last(scene);
-  if (!now_.is_known) {
-    accept_weights(look, tick);
-    const dynamics::Wrench change = sum_force(scene, look.accepted(), as_before, tick);
-    // Switches between snapshots are as they are, and bodies that a publisher gives, too.
-    const bool is_eased = was_local_ && scene.local != nullptr && !scene.local->is_given();
-    return is_eased ? change : dynamics::Wrench{};
-  }
-  tick.age_s =
-      display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
-  if (scene.local->is_given()) {
-    if (look.accepted()) scene.local->replace(reach(), fresh());
-    accept_weights(look, tick);
-    sum_force(scene, look.accepted(), as_before, tick);
-    return {};
-  }
+  if (now_.is_known)
+    tick.age_s =
+        display::seconds_between(path_number(scene.now_ns) * proto::kPathTick_ns, scene.now_ns);
+  if (now_.is_known && !is_given) return sum_simulated(scene, as_before, tick);
+  const dynamics::Wrench change = now_.is_known ? sum_given(scene, look, as_before, tick)
+                                                : sum_shown(scene, look, as_before, tick);
+  // Switches between snapshots are as they are. Bodies that a publisher gives have offsets.
+  const bool is_eased = !now_.is_known && was_local_ && scene.local != nullptr && !is_given;
+  return is_eased || lost_a_pusher() ? change : dynamics::Wrench{};
+}
+
+dynamics::Wrench LocalRenderer::sum_shown(const TickScene& scene,
+                                          const publication::SnapshotLook& look,
+                                          const std::optional<ToolForce>& as_before,
+                                          RenderedTick& tick) noexcept {
+  accept_weights(look, tick);
+  return sum_force(scene, look.accepted(), as_before, tick);
+}
+
+/// Sums the force of a publisher's bodies.
+dynamics::Wrench LocalRenderer::sum_given(const TickScene& scene,
+                                          const publication::SnapshotLook& look,
+                                          const std::optional<ToolForce>& as_before,
+                                          RenderedTick& tick) noexcept {
+  auto& copy = std::get<local::GivenScene>(scene.local->scene());
+  begin_at(copy.own_proxies_m());
+  if (look.accepted()) scene.local->replace(reach(), fresh());
+  TickScene shown = scene;
+  shown.stretches_m = copy.own_stretches_m();
+  return sum_shown(shown, look, as_before, tick);
+}
+
+/// Sums the force of the simulation's bodies.
+dynamics::Wrench LocalRenderer::sum_simulated(const TickScene& scene,
+                                              const std::optional<ToolForce>& as_before,
+                                              RenderedTick& tick) noexcept {
   const auto& copy = std::get<local::LocalScene>(scene.local->scene());
   begin_at(copy.own_proxies_m());
   scene.local->show();
@@ -128,21 +151,6 @@ dynamics::Wrench LocalRenderer::sum(const TickScene& scene, const publication::S
   TickScene shown = scene;
   shown.stretches_m = copy.own_stretches_m();
   return sum_force(shown, true, as_before, tick);
-}
-
-/// Adds what is left of the changes by switches. It decays evenly.
-void LocalRenderer::ease(const dynamics::Wrench& change, std::uint64_t now_ns,
-                         ToolForce& force) noexcept {
-  constexpr double kEased_s = 0.1;
-  double share = std::max(0.0, 1.0 - display::seconds_between(eased_ns_, now_ns) / kEased_s);
-  if (change.force_N != Eigen::Vector3d::Zero() || change.torque_N_m != Eigen::Vector3d::Zero()) {
-    eased_ = {share * eased_.force_N + change.force_N,
-              share * eased_.torque_N_m + change.torque_N_m};
-    eased_ns_ = now_ns;
-    share = 1.0;
-  }
-  force.force_N += share * eased_.force_N;
-  force.torque_N_m += share * eased_.torque_N_m;
 }
 
 }  // namespace stillgrid::rendering

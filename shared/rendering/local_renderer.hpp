@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "shared/rendering/local_copy.hpp"
@@ -27,14 +28,22 @@ class LocalRenderer final : public SnapshotRenderer {
             RenderedTick& tick) noexcept override;
   [[nodiscard]] dynamics::Wrench sum(const TickScene& scene, const publication::SnapshotLook& look,
                                      RenderedTick& tick) noexcept;
-  void ease(const dynamics::Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept;
+  [[nodiscard]] dynamics::Wrench sum_shown(const TickScene& scene,
+                                           const publication::SnapshotLook& look,
+                                           const std::optional<ToolForce>& as_before,
+                                           RenderedTick& tick) noexcept;
+  [[nodiscard]] dynamics::Wrench sum_given(const TickScene& scene,
+                                           const publication::SnapshotLook& look,
+                                           const std::optional<ToolForce>& as_before,
+                                           RenderedTick& tick) noexcept;
+  [[nodiscard]] dynamics::Wrench sum_simulated(const TickScene& scene,
+                                               const std::optional<ToolForce>& as_before,
+                                               RenderedTick& tick) noexcept;
 
   local::Advance now_;        // how the copy came to this tick
   bool was_local_ = false;    // in the tick before
   bool has_state_ = false;    // the gathered snapshot has one that the copy was not in
   bool lacks_state_ = false;  // the gathered snapshot is without state
-  dynamics::Wrench eased_;    // change of the force by the last switch
-  std::uint64_t eased_ns_ = 0;
 };
 
 }  // namespace stillgrid::rendering

@@ -83,6 +83,13 @@ void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& s
   sum.static_J += 0.5 * push_N * space.depth_m;
 }
 
+void ToolProxies::remember(const TouchedSphere* sphere) noexcept {
+  if (sphere == nullptr || sphere->is_static || sphere->field != 0) return;
+  if (pusher_count_ < pushers_.size())
+    pushers_[pusher_count_++] = {sphere->number, sphere->body,
+                                 static_cast<float>(sphere->radius_m)};
+}
+
 void ToolProxies::place(const proto::SceneHeader& scene, const ToolPose& pose) noexcept {
   const std::span<PlacedToolSphere> tool = place_tool(scene, pose, placed_);
   for (std::size_t i = 0; i < tool.size(); ++i) {
@@ -192,7 +199,10 @@ void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const T
   const PlacedToolSphere& device = placed_[tool_sphere];
   Load load;
   for (std::size_t k = 0; k < count; ++k)
-    if (spaces_[k].push_m > 0.0) add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
+    if (spaces_[k].push_m > 0.0) {
+      add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
+      remember(surfaces_[k].sphere);
+    }
   const Vector3d moved_m = device.position_m - proxy.device_m;
   proxy.device_m = device.position_m;
   const double press_N = load.spring_N.norm();
@@ -223,6 +233,7 @@ void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const T
 ToolForce ToolProxies::press(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                              const ToolPose& pose, double tick_s,
                              std::span<const dynamics::Vector4> stretches_m) noexcept {
+  pusher_count_ = 0;
   if (has_penalty(scene)) return tool_force(scene, touched, {placed_.data(), count_}, pose);
   ToolForce sum;
   for (std::uint32_t i = 0; i < count_; ++i) {

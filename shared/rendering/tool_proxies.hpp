@@ -51,8 +51,20 @@ class ToolProxies {
     proxies_ = kept;
     return force;
   }
+  /// A moving sphere that pushed in the last press().
+  struct Pusher {
+    std::uint32_t number, body;
+    float radius_m;
+  };
+  /// Returns some of them, those that press() met first.
+  [[nodiscard]] std::span<const Pusher> pushers() const noexcept {
+    return {pushers_.data(), pusher_count_};
+  }
   /// There was no scene, or it was another.
-  void forget() noexcept { has_proxies_ = false; }
+  void forget() noexcept {
+    has_proxies_ = false;
+    pusher_count_ = 0;
+  }
 
  private:
   struct Proxy {
@@ -80,6 +92,7 @@ class ToolProxies {
                                                     collision::TickPart part) noexcept;
   [[nodiscard]] double longest_near_fields_m(std::span<const collision::HalfSpace> spaces,
                                              double radius_m) const noexcept;
+  void remember(const TouchedSphere* sphere) noexcept;
   static void add_push(const Surface& surface, const collision::HalfSpace& space,
                        const PlacedToolSphere& device, const ToolPose& pose, ToolForce& sum,
                        Load& load) noexcept;
@@ -95,6 +108,8 @@ class ToolProxies {
   std::array<collision::HalfSpace, kSurfaces> spaces_;
   std::array<collision::SeenSurface, kSurfaces> seen_;
   collision::SmoothCover cover_;
+  std::array<Pusher, 64> pushers_{};
+  std::size_t pusher_count_ = 0;
 };
 
 }  // namespace stillgrid::rendering

@@ -82,8 +82,7 @@ class Program {
 
 void Program::open_publisher(FuzzInput& input) {
   Numbers some = numbers(input);
-  stillgrid_material materials[2]{{500.0, 1.0, 0.2, 1e-3},
-                                  {number(input), number(input), 0.0, 1.0}};
+  stillgrid_material materials[2]{{500.0, 1.0, 0.2}, {number(input), number(input), 0.0}};
   stillgrid_plane plane{{0.0, 0.0, 1.0}, number(input), input.take<std::uint8_t>() % 3U, 0};
   if (input.take<std::uint8_t>() > 200) fill(input, plane.normal);
   Shapes fixed(std::span(some.doubles).first(2), {}, {}, std::span(some.doubles).subspan(8, 6));

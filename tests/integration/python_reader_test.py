@@ -8,7 +8,7 @@ import daemons
 import python_test  # for the library's place
 import stillgrid
 
-MATERIALS = [stillgrid.Material(500.0, 1.0, 0.25, 0.5), stillgrid.Material(250.0)]
+MATERIALS = [stillgrid.Material(500.0, 1.0, 0.25), stillgrid.Material(250.0)]
 PLANES = [stillgrid.Plane((0.0, 0.0, 1.0), -0.5, 1, 7)]
 CUBE_m = 0.01 * numpy.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 CUBE_TRIANGLES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
@@ -45,8 +45,7 @@ class ReaderTest(daemons.SessionTest):
                                  ("materials", [0, 1]), ("bodies", [5, 6])):
                 numpy.testing.assert_array_equal(getattr(snapshot, name)[there], values, name)
             fixed, spheres = reader.fixed(), reader.static()
-        self.assertEqual(fixed.materials, MATERIALS[:1] + [
-            stillgrid.Material(250.0, slip_speed_m_s=numpy.float32(1e-3))])
+        self.assertEqual(fixed.materials, MATERIALS)
         self.assertEqual(fixed.planes, PLANES)
         numpy.testing.assert_array_equal(fixed.hand.tool_m, hand.tool_m)
         self.assertEqual(fixed.hand.device_position_m, hand.device_position_m)

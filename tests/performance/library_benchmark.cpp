@@ -50,7 +50,7 @@ void publish_by_c(benchmark::State& state) {
   const auto count = static_cast<std::uint32_t>(state.range(0));
   Steps steps(count);
   const std::string session = "benchmark-c-" + std::to_string(::getpid());
-  const stillgrid_material material{500.0, 1.0, 0.3, 1e-3};
+  const stillgrid_material material{500.0, 1.0, 0.3};
   stillgrid_scene scene{};
   scene.struct_size = sizeof scene;
   scene.session = session.c_str();

@@ -51,7 +51,7 @@ class Pile {
   }
 
   void open(const char* session, bool is_lockstep) {
-    const stillgrid_material material{800.0, 1.0, 0.4, 0.01};
+    const stillgrid_material material{800.0, 1.0, 0.4};
     const stillgrid_plane floor{{0.0, 0.0, 1.0}, kFloor_m, 0, 0};
     const auto count = static_cast<std::uint32_t>(spheres_.size() * (bodies_.size() - 1));
     stillgrid_scene scene{};

@@ -129,8 +129,8 @@ class Simulation {
   ~Simulation() { mj_deleteData(d_); }
 
   void open(const char* session, bool is_lockstep) {
-    const std::vector<double> numbers = custom(m_, "stillgrid_material", {500.0, 1.0, 0.3, 1e-3});
-    const stillgrid_material material{numbers[0], numbers[1], numbers[2], numbers[3]};
+    const std::vector<double> numbers = custom(m_, "stillgrid_material", {500.0, 1.0, 0.3});
+    const stillgrid_material material{numbers[0], numbers[1], numbers[2]};
     const std::vector<stillgrid_plane> planes = planes_of(m_, d_);
     stillgrid_scene scene{};
     scene.struct_size = sizeof scene;

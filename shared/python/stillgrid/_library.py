@@ -20,8 +20,7 @@ class Sized(ctypes.Structure):
 
 
 class Material(ctypes.Structure):
-    _fields_ = [("stiffness_N_per_m", c_double), ("damping_N_s_per_m", c_double), ("friction", c_double),
-                ("slip_speed_m_s", c_double)]
+    _fields_ = [("stiffness_N_per_m", c_double), ("damping_N_s_per_m", c_double), ("friction", c_double)]
 
 
 class Plane(ctypes.Structure):
@@ -35,7 +34,7 @@ class Shapes(Sized):
 
 class Hand(Sized):
     _fields_ = [("struct_size", c_uint32), ("tool_count", c_uint32), ("name", c_char_p),
-                ("tool_m", c_void_p), ("slip_speed_m_s", c_double), ("device_position_m", c_double * 3),
+                ("tool_m", c_void_p), ("device_position_m", c_double * 3),
                 ("device_orientation_xyzw", c_double * 4), ("device_scale", c_double)]
 
 

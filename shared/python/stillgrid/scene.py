@@ -17,7 +17,6 @@ class Material:
     stiffness_N_per_m: float
     damping_N_s_per_m: float = 0.0
     friction: float = 0.0  # Coulomb's
-    slip_speed_m_s: float = 1e-3  # below it friction is viscous; more than 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +45,6 @@ class Hand:
 
     tool_m: ArrayLike = ((0.0, 0.0, 0.0, 0.005),)
     name: str | None = None  # None: the only hand
-    slip_speed_m_s: float = 0.05  # least slip speed of a contact with the tool
     device_position_m: ArrayLike = (0.0, 0.0, 0.0)
     device_orientation_xyzw: ArrayLike = (0.0, 0.0, 0.0, 1.0)
     device_scale: float = 1.0  # metres in the scene a metre of the device
@@ -109,7 +107,6 @@ def _hand_struct(hand: Hand, kept: list[Any]) -> _library.Hand:
     kept.append(tool)
     return _library.Hand(
         tool_count=len(tool), tool_m=address(tool), name=_library.encoded(hand.name),
-        slip_speed_m_s=hand.slip_speed_m_s,
         device_position_m=tuple(floats(hand.device_position_m, "device_position_m", 3)),
         device_orientation_xyzw=tuple(floats(hand.device_orientation_xyzw, "device_orientation_xyzw", 4)),
         device_scale=hand.device_scale)

@@ -9,7 +9,7 @@ static int fail(const char* call) {
 }
 
 int main(int argc, char** argv) {
-  const stillgrid_material rubber = {500.0, 1.0, 0.3, 1e-3};
+  const stillgrid_material rubber = {500.0, 1.0, 0.3};
   const double radius_m = 0.02, position_m[3] = {0.0, 0.0, -0.03};
   stillgrid_scene scene;
   stillgrid_shapes shapes;

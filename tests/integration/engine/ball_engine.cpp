@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   if (argc != 5) return 1;
   const double period_s = std::atof(argv[2]);
   const bool responds = std::strcmp(argv[4], "response") == 0;
-  const stillgrid_material material{500.0, 1.0, 0.3, 1e-3};
+  const stillgrid_material material{500.0, 1.0, 0.3};
   const stillgrid_plane floor{{0.0, 0.0, 1.0}, kFloor_m, 0, 1};
   stillgrid_scene scene{};
   scene.struct_size = sizeof scene;

@@ -10,6 +10,7 @@ from faults.call_log import (ACTIVATE, DEACTIVATE, EMERGENCY_STOP, FAULT_BEGINS,
 MAX_FORCE_N = 3.3  # as faulty_driver.cpp declares
 MAX_SLEW_N_PER_MS = 0.1 * MAX_FORCE_N
 FADE_N_PER_MS = MAX_FORCE_N / 100.0  # of a force at the limit
+PERIOD_MS = 1.0
 STALL_MS = 50.0  # without a tick: zero at once
 ROUNDING = 1e-6
 
@@ -100,7 +101,8 @@ def measure(records, began_ms, ended_ms, full_N):
         recovered_ms = max(back_ms - ended_ms, 0.0)
     return Measured(
         force_N=force_N[after].max(initial=0.0),
-        step_N_per_ms=max((change_N / passed_ms for change_N, passed_ms, is_cut, *_ in taken
+        # A tick that follows a late one soon is of a whole period.
+        step_N_per_ms=max((change_N / max(passed_ms, PERIOD_MS) for change_N, passed_ms, is_cut, *_ in taken
                        if not is_cut), default=0.0),
         cut_N=max((change_N for change_N, _, is_cut, *_ in taken if is_cut), default=0.0),
         zero_ms=time_ms[zeros[0]] - began_ms if len(zeros) else None,

@@ -40,7 +40,7 @@ class Published {
         poses_(options.hands) {
     open_tools(options);
     const stillgrid_material material{options.stiffness_N_per_m, options.damping_N_s_per_m,
-                                      options.friction, 1e-3};
+                                      options.friction};
     const std::array<double, 4> ball{0.0, 0.0, 0.0, options.tool_radius_m};
     std::vector<stillgrid_hand> hands(options.hands);
     for (std::size_t i = 0; i < hands.size(); ++i) {

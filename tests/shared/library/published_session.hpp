@@ -15,8 +15,7 @@ inline constexpr std::uint32_t kMoving = 3;
 /// What is published once: two materials, a plane, two static spheres, a hand of two spheres.
 struct Fixture {
   publication::TestSession session;
-  std::array<stillgrid_material, 2> materials{
-      {{500.0, 1.0, 0.25, 0.125}, {2000.0, 4.0, 0.5, 0.25}}};
+  std::array<stillgrid_material, 2> materials{{{500.0, 1.0, 0.25}, {2000.0, 4.0, 0.5}}};
   stillgrid_plane plane{{0.0, 0.0, 1.0}, -0.5, 1, 5};
   std::array<double, 8> tool_m{0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.5, 0.125};
   std::array<double, 2> static_radii_m{0.5, 0.25};

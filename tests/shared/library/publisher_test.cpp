@@ -139,7 +139,7 @@ TEST_CASE("An inverse inertia that no body has is refused", "[publisher]") {
 TEST_CASE("A scene that no reader would take is refused before the session is taken",
           "[publisher]") {
   const std::string session = own_session("scene");
-  stillgrid_material material{500.0, 1.0, 0.3, 1e-3};
+  stillgrid_material material{500.0, 1.0, 0.3};
   stillgrid_plane plane{{0.0, 0.0, 1.0}, 0.0, 0, 0};
   stillgrid_scene scene{};
   scene.struct_size = sizeof scene;
@@ -170,9 +170,9 @@ TEST_CASE("A scene that no reader would take is refused before the session is ta
   plane.material = 1;
   is_refused("scene.planes[0].material: 1");
   plane.material = 0;
-  material.slip_speed_m_s = 0.0;
+  material.friction = -0.1;
   is_refused("scene.materials[0]");
-  material.slip_speed_m_s = 1e-3;
+  material.friction = 0.3;
   material.stiffness_N_per_m = -1.0;
   is_refused("scene.materials[0]");
   material.stiffness_N_per_m = 500.0;
@@ -293,7 +293,7 @@ TEST_CASE("What was refused does not undo what was given", "[publisher]") {
 
 TEST_CASE("In virtual time a state is asked for, then published, in turn", "[publisher]") {
   const std::string session = own_session("virtual");
-  const stillgrid_material material{500.0, 1.0, 0.3, 1e-3};
+  const stillgrid_material material{500.0, 1.0, 0.3};
   stillgrid_scene scene{};
   scene.struct_size = sizeof scene;
   scene.clock = STILLGRID_VIRTUAL_TIME;

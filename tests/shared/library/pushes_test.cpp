@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "shared/local/given_bodies.hpp"
@@ -11,11 +12,6 @@ namespace {
 using Catch::Matchers::WithinAbs;
 using Eigen::Vector3d;
 constexpr double kRadius_m = 0.02, kTouching_m = kRadius_m + 0.005, kTick_s = 1e-3;
-
-Vector3d unit(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
 
 /// A ball along z, below a tool.
 struct Ball {
@@ -141,35 +137,43 @@ TEST_CASE("A ball that a tap presses onto a floor is pushed in every step to the
 }
 
 TEST_CASE("Force, point and torque of a push are those of its contacts together", "[pushes]") {
-  constexpr double kStiffness = 300.0;
-  const Vector3d tool_m(0.3, -0.1, 0.2);
-  std::mt19937 random(GENERATE(range(1U, 9U)));
+  // A ball between three others, two of one body and one of another, each 45 degrees off its way.
+  constexpr double kStiffness = 300.0, kTool_m = 0.02, kBall_m = 0.005, kDepth_m = 0.004;
+  const Vector3d seat_m(0.3, -0.1, 0.2);
   Published scene("rod", {.stiffness_N_per_m = kStiffness,
-                          .tool_radius_m = 0.02,
+                          .period_s = 0.01,
+                          .tool_radius_m = kTool_m,
                           .gives_inertia = 0,
                           .clock = STILLGRID_VIRTUAL_TIME});
-  // Two spheres of one body and one of another, all of them in the tool.
-  std::vector<Vector3d> places_m;
-  for (int i = 0; i < 3; ++i) places_m.push_back(tool_m + 0.024 * unit(random));
-  scene.declare({0.006, 0.005, 0.006}, {1, 1, 4});
-  scene.hold(tool_m);
-  scene.place(places_m, std::vector<Vector3d>(3, Vector3d::Zero()));
-  scene.wait();
-  scene.publish();
-  scene.wait();
-  const auto pushes = scene.pushes(0.01);
+  std::vector<Vector3d> normals, places_m;
+  for (int i = 0; i < 3; ++i) {
+    const double turn_rad = 2.0 * std::numbers::pi * i / 3.0;
+    normals.push_back(std::sqrt(0.5) * Vector3d(std::cos(turn_rad), std::sin(turn_rad), 1.0));
+    places_m.push_back(seat_m - (kTool_m + kBall_m) * normals.back());
+  }
+  scene.declare(std::vector<double>(3, kBall_m), {1, 1, 4});
+  scene.move([&](double time_s) {
+    const double down_m = kDepth_m * std::clamp(time_s / 0.02, 0.0, 1.0);
+    return std::pair(Vector3d(seat_m - down_m * Vector3d::UnitZ()), Vector3d(Vector3d::Zero()));
+  });
+  std::vector<stillgrid_push> pushes;
+  for (int step = 0; step < 6; ++step) {
+    scene.place(places_m, std::vector<Vector3d>(3, Vector3d::Zero()));
+    scene.wait();
+    if (step > 0) pushes = scene.pushes(0.01);
+    if (step > 0) scene.place(places_m, std::vector<Vector3d>(3, Vector3d::Zero()));
+    scene.publish();
+  }
   REQUIRE(pushes.size() == 2);
   const stillgrid_push& push = pushes[0].body == 1 ? pushes[0] : pushes[1];
   CHECK(push.contacts == 2);
+  // Each bears a third of the weight along z.
+  const Vector3d tool_m = seat_m - kDepth_m * Vector3d::UnitZ();
   Vector3d force_N = Vector3d::Zero(), moment_N_m = force_N;
-  const double radii_m[] = {0.006, 0.005};
   for (std::size_t i = 0; i < 2; ++i) {
-    const Vector3d away = places_m[i] - tool_m;
-    const double depth_m = 0.02 + radii_m[i] - away.norm();
-    const Vector3d one_N = kStiffness * depth_m * away.normalized();
-    const Vector3d point_m = tool_m + 0.02 / (0.02 + radii_m[i]) * away.norm() * away.normalized();
+    const Vector3d one_N = -kStiffness * kDepth_m / (3.0 * std::sqrt(0.5)) * normals[i];
     force_N += one_N;
-    moment_N_m += point_m.cross(one_N);
+    moment_N_m += (tool_m - kTool_m * normals[i]).cross(one_N);
   }
   CHECK((Vector3d(push.force_N) - force_N).norm() < 1e-3 * force_N.norm());
   const Vector3d told_torque_N_m =
@@ -184,8 +188,14 @@ TEST_CASE("Two hands hold a ball, and a snapshot carries it for both", "[pushes]
                           .clock = STILLGRID_VIRTUAL_TIME,
                           .hands = 2});
   scene.declare({kRadius_m}, {0});
-  scene.hold({0.0, 0.0, kTouching_m - kDepth_m}, 0);
-  scene.hold({0.0, 0.0, kDepth_m - kTouching_m}, 1);
+  for (const std::size_t hand : {0U, 1U})
+    scene.move(
+        [=](double time_s) {
+          const double apart_m = kTouching_m - kDepth_m * std::clamp(time_s / 0.02, 0.0, 1.0);
+          const double side = hand == 0 ? 1.0 : -1.0;
+          return std::pair(Vector3d(0.0, 0.0, side * apart_m), Vector3d(Vector3d::Zero()));
+        },
+        hand);
   const Ball ball{0.1};
   ball.place(scene);
   scene.wait();
@@ -195,8 +205,9 @@ TEST_CASE("Two hands hold a ball, and a snapshot carries it for both", "[pushes]
     const auto pushes = scene.pushes(kPeriod_s);
     REQUIRE(pushes.size() == 2);
     for (const double side : {-1.0, 1.0})
-      CHECK_THAT(pushes[side < 0.0 ? 0 : 1].force_N[2],
-                 WithinAbs(side * kStiffness * kDepth_m, 1e-5));
+      if (step > 0)
+        CHECK_THAT(pushes[side < 0.0 ? 0 : 1].force_N[2],
+                   WithinAbs(side * kStiffness * kDepth_m, 1e-5));
     ball.place(scene);
     scene.publish();
   }
@@ -207,7 +218,7 @@ TEST_CASE("Two hands hold a ball, and a snapshot carries it for both", "[pushes]
   CHECK(model.period_ticks == 33);
   REQUIRE(model.tools.size() == 2);
   local::GivenState state;
-  REQUIRE(decode(snapshot.state, model.materials.size(), state));
+  REQUIRE(decode(snapshot.state, model, state));
   REQUIRE(state.bodies.size() == 1);
   CHECK(state.spheres.size() == 1);
   CHECK(state.bodies[0].twist.norm() == 0.0);

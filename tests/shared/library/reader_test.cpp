@@ -166,7 +166,7 @@ TEST_CASE("An array too short takes as many spheres as fit, and of the fixed par
   CHECK(spheres.radii[1] == 0.25F);
   CHECK(spheres.radii[2] == -1.0F);
 
-  stillgrid_material material{-1.0, 0.0, 0.0, 0.0};
+  stillgrid_material material{-1.0, 0.0, 0.0};
   Sized<stillgrid_fixed> fixed;
   fixed.materials = &material;
   fixed.material_capacity = 1;

@@ -83,6 +83,7 @@ TEST_CASE("A body on a hinge turns about it alone", "[given_bodies]") {
 
   SECTION("pressed across") {
     bodies.begin(state);
+    bodies.step(Tools{tool_at(kArm_m * arm - 0.015 * across)});
     const Tools tools{tool_at(kArm_m * arm - 0.0148 * across)};
     bodies.step(tools);
     const Twist twist = bodies.bodies()[0].twist;
@@ -98,6 +99,7 @@ TEST_CASE("A body on a hinge turns about it alone", "[given_bodies]") {
   SECTION("pressed along its axis and towards the hinge") {
     bodies.begin(state);
     const Vector3d towards = GENERATE(0, 1) == 0 ? axis : arm;
+    bodies.step(Tools{tool_at(kArm_m * arm + 0.015 * towards)});
     for (int tick = 0; tick < 30; ++tick)
       bodies.step(Tools{tool_at(kArm_m * arm + 0.0145 * towards)});
     CHECK(bodies.bodies()[0].twist.norm() < 1e-9);
@@ -112,12 +114,16 @@ TEST_CASE("Two hands hold a ball between them, each by its own push", "[given_bo
   GivenBodies bodies(ball_model(kStiffness, 2));
   bodies.begin(one_ball(mass_kg, kRadius_m));
   const Vector3d left_m(kDepth_m - kTouching_m, 0.0, 0.0), right_m = -left_m;
+  const Vector3d outside_m(kTouching_m, 0.0, 0.0);
+  const Tools outside{tool_at(-outside_m), tool_at(outside_m)};
+  bodies.step(outside);
   for (int tick = 0; tick < 100; ++tick) bodies.step(Tools{tool_at(left_m), tool_at(right_m)});
   CHECK(bodies.bodies()[0].centre_m.norm() < 1e-12);
   CHECK_THAT(bodies.push(0, 0).wrench[0], WithinAbs(0.1 * kStiffness * kDepth_m, 1e-9));
   CHECK_THAT(bodies.push(1, 0).wrench[0], WithinAbs(-0.1 * kStiffness * kDepth_m, 1e-9));
   // One lets go by a half: the pushes differ by what moves the ball.
   bodies.begin(one_ball(mass_kg, kRadius_m));
+  bodies.step(outside);
   const Vector3d back_m(kTouching_m - 0.5 * kDepth_m, 0.0, 0.0);
   for (int tick = 0; tick < 10; ++tick) bodies.step(Tools{tool_at(left_m), tool_at(back_m)});
   const double momentum = mass_kg * bodies.bodies()[0].twist[0];
@@ -161,6 +167,68 @@ TEST_CASE("Spheres of a body without an inertia go on at their velocity", "[give
   }
   CHECK_THAT(bodies.push(0, 0).wrench[2], WithinAbs(impulse, 1e-9));
   CHECK_THAT(bodies.push(0, 0).work_J, WithinAbs(work_J, 1e-9));
+}
+
+/// A plate of 60 mm that is held, covered by spheres of 3 mm. Its face is in z = 0.
+GivenState plate(double spacing_m) {
+  GivenState state;
+  state.bodies = {{.number = 2}};
+  constexpr double kPlate_m = 0.003;
+  const int side = static_cast<int>(0.06 / spacing_m) + 1;
+  for (int i = 0; i < side * side; ++i)
+    state.spheres.push_back({.number = static_cast<std::uint32_t>(i),
+                             .radius_m = kPlate_m,
+                             .arm_m = Vector3d((i % side) * spacing_m - 0.03,
+                                               (i / side) * spacing_m - 0.03, -kPlate_m)});
+  return state;
+}
+
+TEST_CASE("A plate pushes back by stiffness times depth, however dense its cover",
+          "[given_bodies]") {
+  constexpr double kStiffness = 500.0, kDepth_m = 0.004;
+  const double spacing_m = GENERATE(0.003, 0.002, 0.0015);
+  const GivenState state = plate(spacing_m);
+  REQUIRE(state.spheres.size() <= kMaxGivenSpheres);
+  GivenBodies bodies(ball_model(kStiffness));
+  bodies.begin(state);
+  for (int tick = 0; tick < 500; ++tick) {  // down, then across
+    const double along_m = 5e-5 * std::max(0, tick - 100);
+    const double height_m = 0.006 - std::min(1.0, 0.01 * tick) * (kDepth_m + 0.001);
+    const GivenBodies::Push before = bodies.push(0, 0);
+    bodies.step(Tools{tool_at({along_m, 0.3 * along_m, height_m})});
+    if (tick < 110) continue;
+    const Twist wrench = (bodies.push(0, 0).wrench - before.wrench) / kTick_s;
+    REQUIRE_THAT(-wrench[2], WithinAbs(kStiffness * kDepth_m, 0.05 * kStiffness * kDepth_m));
+  }
+}
+
+TEST_CASE("Two hands hold a ball by friction against its weight, without creep", "[given_bodies]") {
+  constexpr double kSqueeze_m = 0.001;
+  const double mass_kg = GENERATE(0.005, 0.05);
+  GivenModel model = ball_model(1000.0, 2);
+  model.materials[0].friction = 0.7;
+  model.materials[0].damping_N_s_per_m = 1.0;
+  GivenState state = one_ball(mass_kg, kRadius_m);
+  GivenBodies bodies(model);
+  bodies.begin(state);
+  double settled_m = 0.0;
+  for (int tick = 0; tick < 60'000; ++tick) {
+    const double in_m = std::min(1.0, 0.01 * tick) * kSqueeze_m, up_m = 2e-6 * tick;
+    if (tick == 100) state.bodies[0].acceleration[2] = -9.81;
+    if (tick == 100 || tick % 40 == 0) {  // as a copy begins from a snapshot
+      const GivenBody& now = bodies.bodies()[0];
+      state.bodies[0].centre_m = now.centre_m;
+      state.bodies[0].twist = now.twist;
+      state.proxies.assign(bodies.tools().proxies().begin(), bodies.tools().proxies().end());
+      bodies.begin(state);
+    }
+    bodies.step(Tools{tool_at({in_m - kTouching_m, 0.0, up_m}, {0.0, 0.0, 2e-3}),
+                      tool_at({kTouching_m - in_m, 0.0, up_m}, {0.0, 0.0, 2e-3})});
+    const double beside_m = bodies.bodies()[0].centre_m.z() - up_m;
+    if (tick == 2000) settled_m = beside_m;
+    if (tick > 2000) REQUIRE_THAT(beside_m, WithinAbs(settled_m, 1e-5));
+  }
+  CHECK_THAT(settled_m, WithinAbs(-0.5 * mass_kg * 9.81 / 1000.0, 1e-4));  // both springs sag
 }
 
 TEST_CASE("A tick allocates nothing", "[given_bodies]") {

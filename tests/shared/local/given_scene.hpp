@@ -15,7 +15,7 @@ inline GivenModel ball_model(double stiffness_N_per_m, std::size_t hands = 1,
   GivenModel model;
   model.period_ticks = period_ticks;
   model.materials = {{stiffness_N_per_m, 0.0, 0.0, 1e-3}};
-  model.tools.assign(hands, {.slip_speed_m_s = 0.05, .spheres = {{.radius_m = 0.005}}});
+  model.tools.assign(hands, {.spheres = {{.radius_m = 0.005}}});
   return model;
 }
 

@@ -14,6 +14,13 @@ namespace {
 using Eigen::Vector3d;
 constexpr std::size_t kMaterials = 2;
 
+/// A model that the states are of.
+GivenModel model_of_states() {
+  GivenModel model = ball_model(500.0);
+  model.materials.resize(kMaterials, model.materials[0]);
+  return model;
+}
+
 /// Two bodies of three spheres.
 GivenState sound_state() {
   GivenState state = one_ball(0.1, 0.02);
@@ -27,6 +34,10 @@ GivenState sound_state() {
   state.spheres.push_back(
       {.body = 1, .number = 0, .material = 1, .radius_m = 0.01, .arm_m = Vector3d(1.0, 0.0, 0.0)});
   state.spheres.push_back({.body = 1, .number = 1, .material = 0, .radius_m = 0.02});
+  state.proxies = {{.is_here = true,
+                    .position_m = Vector3d(0.0, 0.0, 0.025),
+                    .stretch_m = Vector3d(1e-4, 0.0, 0.0),
+                    .device_m = Vector3d(0.0, 0.0, 0.024)}};
   return state;
 }
 std::vector<std::byte> block_of(const GivenState& state) {
@@ -36,8 +47,8 @@ std::vector<std::byte> block_of(const GivenState& state) {
 }
 bool is_refused(std::span<const std::byte> bytes) {
   GivenState state = sound_state();
-  const bool is_taken = decode(bytes, kMaterials, state);
-  CHECK((is_taken || (state.bodies.empty() && state.spheres.empty())));
+  const bool is_taken = decode(bytes, model_of_states(), state);
+  CHECK((is_taken || (state.bodies.empty() && state.spheres.empty() && state.proxies.empty())));
   return !is_taken;
 }
 template <class Change>
@@ -51,7 +62,7 @@ TEST_CASE("A state is decoded as it was, to the bit", "[given_state]") {
   const std::vector<std::byte> bytes = block_of(sound_state());
   CHECK(bytes.size() <= given_state_capacity(3));
   GivenState state;
-  REQUIRE(decode(bytes, kMaterials, state));
+  REQUIRE(decode(bytes, model_of_states(), state));
   CHECK(block_of(state) == bytes);
   CHECK(state.bodies[1].centre_m == Vector3d(1.0, 2.0, 3.0));
   CHECK(state.spheres[1].material == 1);
@@ -83,6 +94,11 @@ TEST_CASE("A state that no publisher writes is refused whole", "[given_state]") 
   CHECK(is_refused_with([](GivenState& s) { s.spheres[0].body = 1, s.spheres[1].body = 0; }));
   CHECK(is_refused_with([](GivenState& s) { s.spheres[1].material = kMaterials; }));
   CHECK(is_refused_with([](GivenState& s) { s.spheres[1].radius_m = 0.0; }));
+  CHECK(is_refused_with([&](GivenState& s) { s.proxies[0].position_m.x() = bad; }));
+  CHECK(is_refused_with([&](GivenState& s) { s.proxies[0].stretch_m.y() = bad; }));
+  CHECK(is_refused_with([&](GivenState& s) { s.proxies[0].device_m.z() = bad; }));
+  CHECK(is_refused_with([](GivenState& s) { s.proxies.resize(2); }));  // one tool sphere
+  CHECK_FALSE(is_refused_with([](GivenState& s) { s.proxies.clear(); }));
   std::vector<std::byte> bytes = block_of(sound_state());
   for (std::size_t size = 0; size < bytes.size(); ++size)
     REQUIRE(is_refused(std::span(bytes).first(size)));
@@ -93,8 +109,7 @@ TEST_CASE("A state that no publisher writes is refused whole", "[given_state]") 
 TEST_CASE("A state of any bytes is refused, or moves on to plausible places", "[given_state]") {
   std::mt19937_64 random(GENERATE(range(1U, 5U)));
   const std::vector<std::byte> sound = block_of(sound_state());
-  GivenModel model = ball_model(500.0);
-  model.materials.resize(kMaterials, model.materials[0]);
+  const GivenModel model = model_of_states();
   GivenBodies bodies(model);
   GivenState state;
   for (int round = 0; round < 3000; ++round) {
@@ -103,7 +118,7 @@ TEST_CASE("A state of any bytes is refused, or moves on to plausible places", "[
       const std::uint64_t word = random() % 3 == 0 ? random() : random() % 4;
       std::memcpy(bytes.data() + random() % (bytes.size() / 8) * 8, &word, 8);
     }
-    if (!decode(bytes, kMaterials, state)) continue;
+    if (!decode(bytes, model, state)) continue;
     bodies.begin(state);
     for (int tick = 0; tick < 5; ++tick) bodies.step(Tools{tool_at({0.0, 0.0, 0.0})});
     for (const GivenSphere& sphere : bodies.spheres())
@@ -163,7 +178,7 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
   CHECK(scene.confirms(0));
   CHECK_FALSE(scene.confirms(40));
   GivenBodies bodies(model);
-  bodies.begin(start);
+  bodies.begin(start, Tools{path_at(0)});
   for (std::uint64_t n = 1; n <= tick; ++n) bodies.step(Tools{path_at(n)});
   CHECK(scene.bodies().bodies()[0].centre_m == bodies.bodies()[0].centre_m);
   CHECK(scene.bodies().bodies()[0].twist == bodies.bodies()[0].twist);
@@ -191,6 +206,45 @@ TEST_CASE("A copy catches up along the path, then stands two periods after its s
     CHECK((scene.position_m(0) - (1.0 - 0.05 * static_cast<double>(later)) * shown_m).norm() <
           1e-12);
   }
+}
+
+TEST_CASE("At a swap the own proxy and its stretch stay where they are shown", "[given_scene]") {
+  GivenModel model = ball_model(500.0, 1, 40);
+  model.materials[0].friction = 0.5;
+  GivenState start = one_ball(0.1, 0.02);
+  GivenScene scene(encode(model), 1, 0);
+  const auto across_at = [](std::uint64_t tick) {
+    dynamics::PathPose pose = path_at(std::min<std::uint64_t>(tick, 15));
+    pose.number = tick;
+    pose.position_m.x() = 2e-5 * static_cast<double>(tick);
+    return pose;
+  };
+  scene.add_to_path(across_at(0));
+  REQUIRE(scene.begin_at(0, block_of(start)));
+  for (std::uint64_t tick = 1; tick <= 30; ++tick) {
+    scene.add_to_path(across_at(tick));
+    REQUIRE(scene.advance_to(tick).is_known);
+  }
+  const Vector3d proxy_m = scene.own_proxies_m()[0].vector();
+  const Vector3d stretch_m = scene.own_stretches_m()[0].vector();
+  REQUIRE(stretch_m.norm() > 1e-5);
+  // The publisher's ball went elsewhere, and so did its proxy.
+  start.bodies[0].centre_m = Vector3d(1e-4, 0.0, -2e-4);
+  start.proxies = {{.is_here = true,
+                    .position_m = proxy_m + Vector3d(1e-4, 0.0, -2e-4),
+                    .device_m = across_at(30).position_m}};
+  REQUIRE(scene.begin_at(30, block_of(start)));
+  REQUIRE(scene.advance_to(30).is_swap);
+  CHECK((scene.own_proxies_m()[0].vector() - proxy_m).norm() < 1e-12);
+  CHECK((scene.own_stretches_m()[0].vector() - stretch_m).norm() < 1e-12);
+  for (std::uint64_t tick = 31; tick <= 50; ++tick) {
+    scene.add_to_path(across_at(tick));
+    REQUIRE(scene.advance_to(tick).is_known);
+  }
+  // After half a period the copy's own alone are left.
+  CHECK(scene.own_stretches_m()[0].vector().norm() < 5e-4);
+  CHECK((scene.own_proxies_m()[0].vector() - scene.bodies().tools().proxies(0)[0].position_m)
+            .norm() == 0.0);
 }
 
 }  // namespace
