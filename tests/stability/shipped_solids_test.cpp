@@ -141,7 +141,8 @@ TEST_CASE("A press on a shipped scene holds its load, within stiffness times dep
   for (int tick = 0; tick < 700; ++tick) {
     const Vector3d off_m(noise_m(random), noise_m(random), noise_m(random));
     const double down_m = kDepth_m * std::min(1.0, 0.01 * tick) - 2e-4;
-    points.push_back({tick * kTick_s, here->contact_m - down_m * Vector3d::UnitZ() + off_m});
+    const double aside_m = 3e-4 * std::clamp(0.01 * (tick - 100), 0.0, 1.0);  // friction sticks
+    points.push_back({tick * kTick_s, here->contact_m + Vector3d(aside_m, 0.0, -down_m) + off_m});
   }
   const LabRun run = run_along(here->scene, points);
   const double stiffness_N_per_m = stiffest_N_per_m(here->scene);
