@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 using local::GivenBody;
 using local::Twist;
 
-/// Spheres looked at: of more, a state is not whole.
-constexpr std::size_t kMaxNear = 2 * local::kMaxGivenSpheres;
+/// Spheres looked at.
+constexpr std::size_t kMaxNear = 16 * local::kMaxGivenSpheres;
 
 const GivenBody* body_of(std::span<const GivenBody> given, std::uint32_t number) noexcept {
   const auto body = std::ranges::lower_bound(given, number, {}, &GivenBody::number);
@@ -154,16 +154,18 @@ bool BodyPushes::goes_on_at(std::uint64_t tick) const noexcept {
          std::max(tick, proxies_tick_) - std::min(tick, proxies_tick_) <= kOldest;
 }
 
-/// Gives the state the proxies of the last pushes. Each is where the sphere that carries it is now.
+/// Gives the state the proxies of the last pushes. Each goes with the sphere that carries it, which
+/// is about where it was led.
 void BodyPushes::begin_proxies() noexcept {
+  constexpr double kAbout = 0.125;  // of the distance between both centres
   state_.proxies.assign(proxies_.begin(), proxies_.end());
   for (local::GivenProxy& proxy : state_.proxies) {
     const auto it = std::ranges::find(state_.spheres, proxy.carrier, &local::GivenSphere::number);
-    if (it == state_.spheres.end()) continue;
+    if (it == state_.spheres.end() || state_.bodies[it->body].number != proxy.carrier_body)
+      continue;
     const Vector3d now_m = state_.bodies[it->body].centre_m + it->arm_m + proxy.arm_m;
-    // Another sphere may have the number now.
-    const double moved_m = (now_m - proxy.position_m).norm();
-    if (moved_m < proxy.arm_m.norm()) proxy.position_m = now_m;
+    // The publisher may have given another sphere the number.
+    if ((now_m - proxy.position_m).norm() < kAbout * proxy.arm_m.norm()) proxy.position_m = now_m;
   }
 }
 
@@ -235,6 +237,7 @@ std::span<const std::byte> BodyPushes::state_at(std::uint64_t tick,
         ball->radius_m += radius_m_[hand] + margin_m;
         is_whole = find_near(moving, *ball, 0.0) && is_whole;
       }
+    is_whole = is_whole && near_.size() <= 2 * local::kMaxGivenSpheres;
   }
   if (!is_whole) return {};
   std::erase_if(near_, [&](const Near& near) { return body_of(given, near.body) == nullptr; });

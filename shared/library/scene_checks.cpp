@@ -215,9 +215,13 @@ int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
   if (const int code = read_hands(scene, fixed, hands)) return code;
   if (scene.gives_inertia == 0) return STILLGRID_OK;
   const std::vector<std::byte> model = encode(given_model(spec, hands));
-  for (publication::HandScene& hand : hands) {
-    hand.fixed.model = model;
-    hand.fixed.state_capacity = local::given_state_capacity(spec.moving_count);
+  std::vector<std::string> names;
+  for (const publication::HandScene& hand : hands) names.push_back(hand.name);
+  for (std::size_t i = 0; i < hands.size(); ++i) {
+    hands[i].fixed.model = model;
+    hands[i].fixed.state_capacity = local::given_state_capacity(spec.moving_count);
+    hands[i].fixed.hands = names;
+    hands[i].fixed.hand = i;
   }
   return STILLGRID_OK;
 }

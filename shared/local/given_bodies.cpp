@@ -193,7 +193,7 @@ void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools)
   ++ticks_;
   lead();
   const std::span<const ToolContact> contacts = tools_.touch(state_.bodies, state_.spheres, led_);
-  if (contacts.empty()) return tools_.settle(state_.spheres, {});
+  if (contacts.empty()) return tools_.settle(state_.bodies, state_.spheres, {});
   pushed_.clear();
   for (const ToolContact& contact : contacts)
     pushed_.push_back(
@@ -206,7 +206,7 @@ void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools)
     pushed_[c].aside_m = kTick_s * (motion_of(pushed_[c].aside_m) * aside);
     pushed_[c].end_m = position_m(sphere);
   }
-  tools_.settle(state_.spheres, pushed_);
+  tools_.settle(state_.bodies, state_.spheres, pushed_);
 }
 
 }  // namespace stillgrid::local

@@ -61,6 +61,7 @@ struct GivenProxy {
   Eigen::Vector3d from_m = Eigen::Vector3d::Zero();  // the tool's sphere a tick before
   static constexpr std::uint32_t kNone = UINT32_MAX;
   std::uint32_t carrier = kNone;                    // number of the sphere that pushes it most
+  std::uint32_t carrier_body = kNone;               // number of its body
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // its place beside that sphere's centre
 };
 

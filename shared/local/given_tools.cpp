@@ -205,7 +205,7 @@ std::span<const ToolContact> GivenTools::touch(std::span<const GivenBody> bodies
   return contacts_;
 }
 
-void GivenTools::settle(std::span<const GivenSphere> spheres,
+void GivenTools::settle(std::span<const GivenBody> bodies, std::span<const GivenSphere> spheres,
                         std::span<const Pushed> pushed) noexcept {
   for (GivenProxy& proxy : proxies_) proxy.carrier = GivenProxy::kNone;
   for (std::size_t c = 0; c < contacts_.size();) {
@@ -224,7 +224,9 @@ void GivenTools::settle(std::span<const GivenSphere> spheres,
     const auto all = std::span(contacts_).subspan(first, c - first);
     const auto most = std::ranges::max_element(all, {}, &ToolContact::press_N) - all.begin();
     const std::size_t carries = first + static_cast<std::size_t>(most);
-    proxy.carrier = spheres[contacts_[carries].sphere].number;
+    const GivenSphere& carrier = spheres[contacts_[carries].sphere];
+    proxy.carrier = carrier.number;
+    proxy.carrier_body = bodies[carrier.body].number;
     proxy.arm_m = proxy.position_m - pushed[carries].end_m;
   }
 }

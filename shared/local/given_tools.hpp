@@ -60,7 +60,8 @@ class GivenTools {
     Eigen::Vector3d end_m = Eigen::Vector3d::Zero();    // the sphere's centre at the tick's end
   };
   /// Moves each proxy with the spheres that carry it. pushed: one a contact of touch().
-  void settle(std::span<const GivenSphere> spheres, std::span<const Pushed> pushed) noexcept;
+  void settle(std::span<const GivenBody> bodies, std::span<const GivenSphere> spheres,
+              std::span<const Pushed> pushed) noexcept;
 
   /// The proxies after the last tick, in the order of hands and their spheres.
   [[nodiscard]] std::span<const GivenProxy> proxies() const noexcept { return proxies_; }

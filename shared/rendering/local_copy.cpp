@@ -93,6 +93,7 @@ void LocalCopy::replace(std::span<const PlacedToolSphere> tool,
                         .tool_sphere = 0,
                         .number = sphere.number,
                         .body = given.bodies()[sphere.body].number};
+    touch.is_given = true;
     for (std::uint32_t i = 0; i < tool.size(); ++i) {
       const double touching_m = gathered_within_m(tool[i], sphere.radius_m);
       // Written so that a NaN does not pass.

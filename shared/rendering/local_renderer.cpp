@@ -42,6 +42,7 @@ void follow_others(const TickScene& scene, Local& local) {
 void LocalRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   SnapshotRenderer::prepare(scene, is_other);
   was_local_ = !is_other && now_.is_known;
+  if (is_other) eased_ = {};
   now_ = {};
   if (scene.local == nullptr) return;
   const std::uint64_t tick = path_number(scene.now_ns);
@@ -98,8 +99,7 @@ dynamics::Wrench LocalRenderer::sum(const TickScene& scene, const publication::S
   const bool is_switch =
       now_.is_known ? now_.is_swap || !was_local_ : was_local_ || (look.is_new && !look.is_first);
   std::optional<ToolForce> as_before;
-  if ((is_switch && (look.accepted() || (now_.is_known && !is_given))) ||
-      (lost_a_pusher() && look.accepted()))
+  if (is_switch && (look.accepted() || (now_.is_known && !is_given)))
     as_before = force_of_last(scene);
   if (now_.is_known)
     tick.age_s =
@@ -109,7 +109,7 @@ dynamics::Wrench LocalRenderer::sum(const TickScene& scene, const publication::S
                                                 : sum_shown(scene, look, as_before, tick);
   // Switches between snapshots are as they are. Bodies that a publisher gives have offsets.
   const bool is_eased = !now_.is_known && was_local_ && scene.local != nullptr && !is_given;
-  return is_eased || lost_a_pusher() ? change : dynamics::Wrench{};
+  return is_eased ? change : dynamics::Wrench{};
 }
 
 dynamics::Wrench LocalRenderer::sum_shown(const TickScene& scene,
@@ -126,7 +126,7 @@ dynamics::Wrench LocalRenderer::sum_given(const TickScene& scene,
                                           const std::optional<ToolForce>& as_before,
                                           RenderedTick& tick) noexcept {
   auto& copy = std::get<local::GivenScene>(scene.local->scene());
-  begin_at(copy.own_proxies_m());
+  begin_at(copy.own_proxies_m(), false);
   if (look.accepted()) scene.local->replace(reach(), fresh());
   TickScene shown = scene;
   shown.stretches_m = copy.own_stretches_m();
@@ -138,7 +138,7 @@ dynamics::Wrench LocalRenderer::sum_simulated(const TickScene& scene,
                                               const std::optional<ToolForce>& as_before,
                                               RenderedTick& tick) noexcept {
   const auto& copy = std::get<local::LocalScene>(scene.local->scene());
-  begin_at(copy.own_proxies_m());
+  begin_at(copy.own_proxies_m(), true);
   scene.local->show();
   fresh().clear();
   scene.gather_moving(scene.local->view(), {}, reach(), fresh());
@@ -151,6 +151,21 @@ dynamics::Wrench LocalRenderer::sum_simulated(const TickScene& scene,
   TickScene shown = scene;
   shown.stretches_m = copy.own_stretches_m();
   return sum_force(shown, true, as_before, tick);
+}
+
+/// Adds what is left of the changes by switches. It decays evenly.
+void LocalRenderer::ease(const dynamics::Wrench& change, std::uint64_t now_ns,
+                         ToolForce& force) noexcept {
+  constexpr double kEased_s = 0.1;
+  double share = std::max(0.0, 1.0 - display::seconds_between(eased_ns_, now_ns) / kEased_s);
+  if (change.force_N != Eigen::Vector3d::Zero() || change.torque_N_m != Eigen::Vector3d::Zero()) {
+    eased_ = {share * eased_.force_N + change.force_N,
+              share * eased_.torque_N_m + change.torque_N_m};
+    eased_ns_ = now_ns;
+    share = 1.0;
+  }
+  force.force_N += share * eased_.force_N;
+  force.torque_N_m += share * eased_.torque_N_m;
 }
 
 }  // namespace stillgrid::rendering

@@ -40,10 +40,14 @@ class LocalRenderer final : public SnapshotRenderer {
                                                const std::optional<ToolForce>& as_before,
                                                RenderedTick& tick) noexcept;
 
+  void ease(const dynamics::Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept;
+
   local::Advance now_;        // how the copy came to this tick
   bool was_local_ = false;    // in the tick before
   bool has_state_ = false;    // the gathered snapshot has one that the copy was not in
   bool lacks_state_ = false;  // the gathered snapshot is without state
+  dynamics::Wrench eased_;    // change of the force by the last switch
+  std::uint64_t eased_ns_ = 0;
 };
 
 }  // namespace stillgrid::rendering

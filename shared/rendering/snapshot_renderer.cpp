@@ -1,11 +1,8 @@
 #include "shared/rendering/snapshot_renderer.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
-#include "shared/collision/grid_query.hpp"
 #include "shared/display/stamps.hpp"
 #include "shared/local/given_state.hpp"
 
@@ -15,32 +12,15 @@ void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
     touched_->clear();
     proxies_.forget();
-    eased_ = {};
   }
-  lost_a_pusher_ = false;
-  proxies_.place(scene.fixed(), scene.pose);
+  // Bodies of sim_server neither come nor go.
+  const bool is_published = scene.view.model().empty() || local::is_given_model(scene.view.model());
+  proxies_.place(scene.fixed(), scene.pose, is_published);
 }
-
-namespace {
-
-/// Whether the newest snapshot of a grid has the sphere.
-bool has(const collision::GridView& moving, const ToolProxies::Pusher& pusher) noexcept {
-  if (pusher.number >= moving.shape.sphere_count) return false;
-  const proto::SphereRecord record = collision::load_record(moving, pusher.number);
-  return record.body == pusher.body && record.radius_m == pusher.radius_m &&
-         !std::isnan(record.newest.position_m[0]);
-}
-
-}  // namespace
 
 void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                               const collision::GridView& moving) noexcept {
   next_ = display::snapshot_weights(transition_, latest, scene.now_ns);
-  // Bodies of sim_server neither come nor go.
-  const bool may_lose = scene.view.model().empty() || local::is_given_model(scene.view.model());
-  lost_a_pusher_ = may_lose && std::ranges::any_of(proxies_.pushers(), [&](const auto& pusher) {
-                     return !has(moving, pusher);
-                   });
   fresh_->clear();
   scene.gather_moving(moving, next_, reach(), *fresh_);
 }
@@ -55,10 +35,8 @@ void SnapshotRenderer::show(const TickScene& scene, const publication::SnapshotL
                             RenderedTick& tick) noexcept {
   accept_weights(look, tick);
   std::optional<ToolForce> as_before;
-  const bool is_switch = look.is_new && !look.is_first;
-  if (look.accepted() && (is_switch || lost_a_pusher_)) as_before = force_of_last(scene);
-  const dynamics::Wrench change = sum_force(scene, look.accepted(), as_before, tick);
-  ease(lost_a_pusher_ ? change : dynamics::Wrench{}, scene.now_ns, tick.force);
+  if (look.accepted() && look.is_new && !look.is_first) as_before = force_of_last(scene);
+  sum_force(scene, look.accepted(), as_before, tick);
 }
 
 double SnapshotRenderer::tick_s(const TickScene& scene) const noexcept {
@@ -85,20 +63,6 @@ dynamics::Wrench SnapshotRenderer::sum_force(const TickScene& scene, bool is_see
                                 as_before->torque_N_m - tick.force.torque_N_m};
   tick.switch_jump_N = change.force_N.norm();
   return change;
-}
-
-void SnapshotRenderer::ease(const dynamics::Wrench& change, std::uint64_t now_ns,
-                            ToolForce& force) noexcept {
-  constexpr double kEased_s = 0.1;
-  double share = std::max(0.0, 1.0 - display::seconds_between(eased_ns_, now_ns) / kEased_s);
-  if (change.force_N != Eigen::Vector3d::Zero() || change.torque_N_m != Eigen::Vector3d::Zero()) {
-    eased_ = {share * eased_.force_N + change.force_N,
-              share * eased_.torque_N_m + change.torque_N_m};
-    eased_ns_ = now_ns;
-    share = 1.0;
-  }
-  force.force_N += share * eased_.force_N;
-  force.torque_N_m += share * eased_.torque_N_m;
 }
 
 }  // namespace stillgrid::rendering

@@ -10,8 +10,7 @@
 
 namespace stillgrid::rendering {
 
-/// Renders the scene's force from its snapshots: the paper's intermediate model. A body that a
-/// publisher removes lets go of the tool evenly over 0.1 s.
+/// Renders the scene's force from its snapshots: the paper's intermediate model.
 ///
 /// Thread: the haptic loop's only.
 class SnapshotRenderer : public Renderer {
@@ -36,8 +35,8 @@ class SnapshotRenderer : public Renderer {
   /// Returns the force of the last tick's spheres on the tool where it is now.
   [[nodiscard]] ToolForce force_of_last(const TickScene& scene) noexcept;
   /// Goes on with the proxies of a simulation. See ToolProxies::begin_at().
-  void begin_at(std::span<const dynamics::Vector4> proxies_m) noexcept {
-    proxies_.begin_at(proxies_m);
+  void begin_at(std::span<const dynamics::Vector4> proxies_m, bool knows_all) noexcept {
+    proxies_.begin_at(proxies_m, knows_all);
   }
   /// Sums the force of fresh() and of the static spheres. The last tick's spheres stand if the
   /// scene was not seen. as_before: force_of_last(), if the displayed scene has another source than
@@ -45,11 +44,6 @@ class SnapshotRenderer : public Renderer {
   dynamics::Wrench sum_force(const TickScene& scene, bool is_seen,
                              const std::optional<ToolForce>& as_before,
                              RenderedTick& tick) noexcept;
-  /// Whether a sphere that pushed in the last tick is not in the gathered snapshot.
-  [[nodiscard]] bool lost_a_pusher() const noexcept { return lost_a_pusher_; }
-  /// Adds a change of the force that a switch made, and the rest of those before. Each decays
-  /// evenly over 0.1 s.
-  void ease(const dynamics::Wrench& change, std::uint64_t now_ns, ToolForce& force) noexcept;
 
  private:
   [[nodiscard]] double tick_s(const TickScene& scene) const noexcept;
@@ -62,9 +56,6 @@ class SnapshotRenderer : public Renderer {
   TouchedSpheres* fresh_ = &buffers_[1];
   ToolProxies proxies_;
   std::uint64_t pressed_ns_ = 0;  // the tick before
-  bool lost_a_pusher_ = false;
-  dynamics::Wrench eased_;  // change of the force by the last switch
-  std::uint64_t eased_ns_ = 0;
 };
 
 }  // namespace stillgrid::rendering

@@ -58,8 +58,8 @@ struct ToolProxies::Load {
 void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& space,
                            const PlacedToolSphere& device, const ToolPose& pose, ToolForce& sum,
                            Load& load) noexcept {
-  const auto& [sphere, plane, material, presence] = surface;
-  const double share = presence * space.push_m / space.depth_m;
+  const auto& [sphere, plane, material, energy_share] = surface;
+  const double share = energy_share * space.push_m / space.depth_m;
   const Vector3d touched_m_s = sphere == nullptr ? Vector3d::Zero() : sphere->velocity_m_s;
   const ToolContact contact{.depth_m = space.depth_m,
                             .normal = space.normal,
@@ -69,7 +69,7 @@ void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& s
   smooth.friction = 0.0;
   add_contact(sum, smooth, contact, pose, share);
   const Vector3d slip_m_s = relative_velocity_m_s(contact, pose);
-  const double push_N = presence * material.stiffness_N_per_m * space.push_m;
+  const double push_N = energy_share * material.stiffness_N_per_m * space.push_m;
   load.spring_N += push_N * space.normal;
   load.weighted_touched += push_N * touched_m_s;
   load.weighted_slip += push_N * slip_m_s;
@@ -78,19 +78,14 @@ void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& s
   load.limit_N += share * material.friction *
                   collision::normal_force_N(material, space.depth_m, -space.normal.dot(slip_m_s));
   if (sphere != nullptr) load.press(*sphere, push_N * space.normal);
-  if (sphere != nullptr && !sphere->is_static) return;
+  if (plane == nullptr && (sphere == nullptr || !sphere->is_static)) return;
   load.static_N += push_N;
   sum.static_J += 0.5 * push_N * space.depth_m;
 }
 
-void ToolProxies::remember(const TouchedSphere* sphere) noexcept {
-  if (sphere == nullptr || sphere->is_static || sphere->field != 0) return;
-  if (pusher_count_ < pushers_.size())
-    pushers_[pusher_count_++] = {sphere->number, sphere->body,
-                                 static_cast<float>(sphere->radius_m)};
-}
-
-void ToolProxies::place(const proto::SceneHeader& scene, const ToolPose& pose) noexcept {
+void ToolProxies::place(const proto::SceneHeader& scene, const ToolPose& pose,
+                        bool may_lose) noexcept {
+  may_lose_ = may_lose;
   const std::span<PlacedToolSphere> tool = place_tool(scene, pose, placed_);
   for (std::size_t i = 0; i < tool.size(); ++i) {
     Proxy& proxy = proxies_[i];
@@ -103,7 +98,7 @@ void ToolProxies::place(const proto::SceneHeader& scene, const ToolPose& pose) n
     proxy.longest_m = collision::kLayings *
                       collision::longest_move_m(tool[i].radius_m, way_m / collision::kLayings);
     proxy.from_m = proxy.device_m;
-    proxy.is_given = false;
+    proxy.is_given = proxy.is_own = false;
     reach_[i] = tool[i];
     if (!has_penalty(scene)) set_reach(i);
   }
@@ -119,8 +114,10 @@ void ToolProxies::set_reach(std::size_t tool_sphere) noexcept {
                          device.radius_m, device.position_m};
 }
 
-void ToolProxies::begin_at(std::span<const dynamics::Vector4> proxies_m) noexcept {
+void ToolProxies::begin_at(std::span<const dynamics::Vector4> proxies_m, bool knows_all) noexcept {
   for (std::size_t i = 0; i < std::min(count_, proxies_m.size()); ++i) {
+    proxies_[i].is_own = !knows_all && !proxies_[i].is_of_given;
+    if (proxies_[i].is_own) continue;
     const Vector3d& device_m = placed_[i].position_m;
     const double own_m = (proxies_[i].position_m - device_m).norm();
     const double given_m = (proxies_m[i].vector() - device_m).norm();
@@ -133,29 +130,108 @@ void ToolProxies::begin_at(std::span<const dynamics::Vector4> proxies_m) noexcep
   }
 }
 
+/// Lays the surface of those spheres that pushed the proxy and have gone or jumped.
+void ToolProxies::find_lost(const TouchedSpheres& touched, std::uint32_t tool_sphere,
+                            double tick_s) noexcept {
+  constexpr double kLettingIn_m_s = 20e-3;
+  Proxy& proxy = proxies_[tool_sphere];
+  LostSurface& lost = proxy.lost;
+  lost.depth_m = std::max(0.0, lost.depth_m - kLettingIn_m_s * tick_s);
+  Vector3d lost_N = Vector3d::Zero();
+  double most_N = 0.0;
+  for (const Pusher& pusher : std::span(pushers_[tool_sphere]).first(proxy.pusher_count)) {
+    const Vector3d goes_m = pusher.position_m + tick_s * pusher.velocity_m_s;
+    const auto is_it = [&](const TouchedSphere& sphere) {
+      return sphere.tool_sphere == tool_sphere && sphere.number == pusher.number &&
+             sphere.body == pusher.body && sphere.material == pusher.material_number &&
+             sphere.radius_m == pusher.radius_m &&
+             (sphere.position_m - goes_m).norm() < 0.5 * pusher.radius_m;
+    };
+    // What goes out of reach is not lost.
+    const PlacedToolSphere& reach = reach_[tool_sphere];
+    if (!((goes_m - reach.position_m).norm() < gathered_within_m(reach, pusher.radius_m)) ||
+        std::ranges::any_of(touched.all(), is_it))
+      continue;
+    lost_N += pusher.push_N;
+    if (std::exchange(most_N, std::max(most_N, pusher.push_N.norm())) < most_N)
+      lost.material = pusher.material;
+  }
+  if (!(most_N > 0.0)) return;
+  lost.normal = lost_N.stableNormalized();
+  lost.depth_m =
+      std::max(lost.depth_m, lost.normal.dot(proxy.position_m - placed_[tool_sphere].position_m));
+  lost.material.friction = lost.material.damping_N_s_per_m = 0.0;
+}
+
+/// Keeps what pushes a proxy for find_lost().
+void ToolProxies::remember(std::size_t tool_sphere, std::size_t count) noexcept {
+  Proxy& proxy = proxies_[tool_sphere];
+  proxy.pusher_count = 0;
+  proxy.is_of_given = true;
+  bool is_held_by_lost = false;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(spaces_[k].push_m > 0.0)) continue;
+    const auto& [sphere, plane, material, energy_share] = surfaces_[k];
+    proxy.is_of_given = proxy.is_of_given && sphere != nullptr && sphere->is_given;
+    if (sphere == nullptr) is_held_by_lost = is_held_by_lost || plane == nullptr;
+    if (sphere == nullptr || sphere->is_static || sphere->field != 0 ||
+        proxy.pusher_count == kPushers)
+      continue;
+    pushers_[tool_sphere][proxy.pusher_count++] = {
+        sphere->number,
+        sphere->body,
+        sphere->material,
+        sphere->radius_m,
+        sphere->position_m,
+        sphere->velocity_m_s,
+        energy_share * material.stiffness_N_per_m * spaces_[k].push_m * spaces_[k].normal,
+        material};
+  }
+  if (!is_held_by_lost) proxy.lost.depth_m = 0.0;
+}
+
 std::size_t ToolProxies::find_surfaces(const proto::SceneHeader& scene,
                                        const TouchedSpheres& touched,
                                        std::uint32_t tool_sphere) noexcept {
   std::size_t count = 0;
   for (const TouchedSphere& sphere : touched.all())
     // A tick may show the spheres of the tick before, gathered for a tool of another scene.
-    if (sphere.tool_sphere == tool_sphere && sphere.material < scene.material_count)
-      // Of a field the energy's share is its map's, whatever its slope at the proxy.
+    if (sphere.tool_sphere == tool_sphere && sphere.material < scene.material_count &&
+        sphere.presence > 0.0)
       surfaces_[count++] = {&sphere, nullptr, contact_material(scene, sphere.material),
-                            sphere.presence * sphere.energy_share};
+                            sphere.energy_share};
   for (std::uint32_t i = 0; i < scene.plane_count; ++i)
     surfaces_[count++] = {nullptr, &scene.planes[i],
                           contact_material(scene, scene.planes[i].material), 1.0};
+  const LostSurface& lost = proxies_[tool_sphere].lost;
+  if (lost.depth_m > 0.0) surfaces_[count++] = {nullptr, nullptr, lost.material, 1.0};
   return count;
 }
 
-std::span<collision::HalfSpace> ToolProxies::lay(const PlacedToolSphere& proxy, std::size_t count,
+/// The half-space of the lost surface, which goes with the tool.
+collision::HalfSpace ToolProxies::lost_space(std::size_t tool_sphere, const PlacedToolSphere& proxy,
+                                             collision::TickPart part) const noexcept {
+  const Vector3d &from_m = proxies_[tool_sphere].from_m, &to_m = placed_[tool_sphere].position_m;
+  const Vector3d device_m = from_m + part.from * (to_m - from_m);
+  const LostSurface& lost = proxies_[tool_sphere].lost;
+  return {.normal = lost.normal,
+          .gap_m = lost.normal.dot(proxy.position_m - device_m) - lost.depth_m,
+          .moved_m = part.share() * (to_m - from_m)};
+}
+
+std::span<collision::HalfSpace> ToolProxies::lay(std::size_t tool_sphere,
+                                                 const PlacedToolSphere& proxy, std::size_t count,
                                                  double tick_s, collision::TickPart part) noexcept {
   // Surfaces are seen as at the end of the tick.
   const double ahead_s = (1.0 - part.from) * tick_s;
   for (std::size_t k = 0; k < count; ++k) {
-    const auto& [sphere, plane, material, presence] = surfaces_[k];
+    const auto& [sphere, plane, material, energy_share] = surfaces_[k];
     const bool is_field = sphere != nullptr && sphere->field != 0;
+    if (sphere == nullptr && plane == nullptr) {
+      spaces_[k] = lost_space(tool_sphere, proxy, part);
+      seen_[k] = {};
+      continue;
+    }
     PlacedToolSphere at = proxy;  // a field is flat around where it was sampled
     const Vector3d surface_m_s =
         sphere == nullptr ? Vector3d(Vector3d::Zero()) : carrying_m_s(sphere->velocity_m_s);
@@ -199,10 +275,7 @@ void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const T
   const PlacedToolSphere& device = placed_[tool_sphere];
   Load load;
   for (std::size_t k = 0; k < count; ++k)
-    if (spaces_[k].push_m > 0.0) {
-      add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
-      remember(surfaces_[k].sphere);
-    }
+    if (spaces_[k].push_m > 0.0) add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
   const Vector3d moved_m = device.position_m - proxy.device_m;
   proxy.device_m = device.position_m;
   const double press_N = load.spring_N.norm();
@@ -233,10 +306,10 @@ void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const T
 ToolForce ToolProxies::press(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                              const ToolPose& pose, double tick_s,
                              std::span<const dynamics::Vector4> stretches_m) noexcept {
-  pusher_count_ = 0;
   if (has_penalty(scene)) return tool_force(scene, touched, {placed_.data(), count_}, pose);
   ToolForce sum;
   for (std::uint32_t i = 0; i < count_; ++i) {
+    if (may_lose_) find_lost(touched, i, tick_s);
     const std::size_t count = find_surfaces(scene, touched, i);
     PlacedToolSphere at{proxies_[i].position_m, placed_[i].radius_m};
     const double since_s = proxies_[i].is_given ? 0.0 : tick_s;
@@ -244,14 +317,15 @@ ToolForce ToolProxies::press(const proto::SceneHeader& scene, const TouchedSpher
     proxies_[i].position_m = collision::follow(
         at.position_m, device, [&](const Vector3d& proxy_m, collision::TickPart part) {
           at.position_m = proxy_m;
-          const std::span<collision::HalfSpace> spaces = lay(at, count, since_s, part);
+          const std::span<collision::HalfSpace> spaces = lay(i, at, count, since_s, part);
           if (part.from == 0.0) device.longest_m = longest_near_fields_m(spaces, at.radius_m);
           return spaces;
         });
     cover_.share({spaces_.data(), count});
     // One of w = 0 touches nothing there that may move.
-    const bool is_known = i < stretches_m.size() && stretches_m[i].w != 0.0;
+    const bool is_known = i < stretches_m.size() && stretches_m[i].w != 0.0 && !proxies_[i].is_own;
     add_forces(i, count, pose, tick_s, is_known ? &stretches_m[i] : nullptr, sum);
+    remember(i, count);
   }
   return sum;
 }

@@ -48,6 +48,7 @@ struct TouchedSphere {
   // stiffness over the material's.
   double presence = 1.0;
   bool is_static = false;
+  bool is_given = false;          // a local copy of a publisher's bodies shows it
   std::uint32_t field = 0;        // that it stands for, among SceneView::fields() from 1; 0: none
   double energy_share = 1.0;      // of its spring's energy, beside that of a force linear in depth
   float crushing_force_N = 0.0F;  // see proto::SphereRecord

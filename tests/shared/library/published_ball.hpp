@@ -125,6 +125,7 @@ class Published {
     proto::SnapshotHeader header;
     std::vector<proto::SphereRecord> spheres;
     std::vector<std::byte> model, state;
+    std::uint32_t hands = 0;
   };
   [[nodiscard]] Snapshot snapshot() const {
     auto reader = publication::SegmentReader::open(hand_session(0), proto::SegmentKind::kScene,
@@ -132,6 +133,7 @@ class Published {
     const publication::SceneView view(std::move(reader.value()));
     Snapshot snapshot;
     snapshot.model.assign(view.model().begin(), view.model().end());
+    snapshot.hands = view.scene().hand_count;
     const auto read = double_buffer::read_latest(view.buffer(), [&](const std::uint64_t* payload) {
       snapshot.header = publication::load_snapshot(payload);
       const collision::GridView grid = view.moving_grid(payload, snapshot.header);

@@ -217,6 +217,7 @@ TEST_CASE("Two hands hold a ball, and a snapshot carries it for both", "[pushes]
   const local::GivenModel model = local::decode_given_model(snapshot.model);
   CHECK(model.period_ticks == 33);
   REQUIRE(model.tools.size() == 2);
+  CHECK(snapshot.hands == 2);  // else haptic_server refuses the model
   local::GivenState state;
   REQUIRE(decode(snapshot.state, model, state));
   REQUIRE(state.bodies.size() == 1);

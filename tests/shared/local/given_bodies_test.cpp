@@ -169,36 +169,69 @@ TEST_CASE("Spheres of a body without an inertia go on at their velocity", "[give
   CHECK_THAT(bodies.push(0, 0).work_J, WithinAbs(work_J, 1e-9));
 }
 
-/// A plate of 60 mm that is held, covered by spheres of 3 mm. Its face is in z = 0.
-GivenState plate(double spacing_m) {
-  GivenState state;
-  state.bodies = {{.number = 2}};
-  constexpr double kPlate_m = 0.003;
-  const int side = static_cast<int>(0.06 / spacing_m) + 1;
-  for (int i = 0; i < side * side; ++i)
-    state.spheres.push_back({.number = static_cast<std::uint32_t>(i),
-                             .radius_m = kPlate_m,
-                             .arm_m = Vector3d((i % side) * spacing_m - 0.03,
-                                               (i / side) * spacing_m - 0.03, -kPlate_m)});
-  return state;
-}
+/// A plate covered by spheres, its face in z = 0 of a frame that is drawn and moves evenly.
+struct Plate {
+  double radius_m, spacing_m, tool_m, stiffness_N_per_m;
+  Eigen::Quaterniond turn;
+  Vector3d velocity_m_s;
 
-TEST_CASE("A plate pushes back by stiffness times depth, however dense its cover",
+  explicit Plate(unsigned seed) {
+    std::mt19937 random(seed);
+    const auto between = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    radius_m = between(0.002, 0.004);
+    spacing_m = radius_m * between(0.5, 1.0);
+    tool_m = between(0.003, 0.008);
+    stiffness_N_per_m = between(100.0, 2000.0);
+    const auto unit = [&] { return between(-1.0, 1.0); };
+    turn = Eigen::Quaterniond(unit(), unit(), unit(), unit()).normalized();
+    velocity_m_s = 0.3 * Vector3d(unit(), unit(), unit());
+  }
+  [[nodiscard]] GivenModel model() const {
+    GivenModel model = ball_model(stiffness_N_per_m);
+    model.tools[0].spheres[0].radius_m = tool_m;
+    return model;
+  }
+  [[nodiscard]] GivenState state() const {
+    GivenState state;
+    state.bodies = {{.number = 2}};
+    state.bodies[0].twist.head<3>() = velocity_m_s;
+    const int side = static_cast<int>(0.05 / spacing_m) + 1;
+    for (int i = 0; i < side * side; ++i) {
+      const Vector3d at_m((i % side) * spacing_m - 0.025, (i / side) * spacing_m - 0.025,
+                          -radius_m);
+      state.spheres.push_back(
+          {.number = static_cast<std::uint32_t>(i), .radius_m = radius_m, .arm_m = turn * at_m});
+    }
+    return state;
+  }
+  [[nodiscard]] dynamics::ToolPose tool_at_m(const Vector3d& place_m, int tick) const {
+    return tool_at(turn * place_m + tick * kTick_s * velocity_m_s, velocity_m_s);
+  }
+};
+
+TEST_CASE("A plate pushes back by stiffness times depth, however it is covered and moves",
           "[given_bodies]") {
-  constexpr double kStiffness = 500.0, kDepth_m = 0.004;
-  const double spacing_m = GENERATE(0.003, 0.002, 0.0015);
-  const GivenState state = plate(spacing_m);
+  constexpr double kDepth_m = 0.005;
+  const unsigned seed = GENERATE(range(1U, 25U));
+  const Plate plate(seed);
+  CAPTURE(seed, plate.radius_m, plate.spacing_m, plate.tool_m);
+  const GivenState state = plate.state();
   REQUIRE(state.spheres.size() <= kMaxGivenSpheres);
-  GivenBodies bodies(ball_model(kStiffness));
+  GivenBodies bodies(plate.model());
   bodies.begin(state);
-  for (int tick = 0; tick < 500; ++tick) {  // down, then across
+  const double right_N = plate.stiffness_N_per_m * kDepth_m;
+  for (int tick = 1; tick < 400; ++tick) {  // down, then across
     const double along_m = 5e-5 * std::max(0, tick - 100);
-    const double height_m = 0.006 - std::min(1.0, 0.01 * tick) * (kDepth_m + 0.001);
+    const double height_m = plate.tool_m + 0.001 - std::min(1.0, 0.01 * tick) * (kDepth_m + 0.001);
     const GivenBodies::Push before = bodies.push(0, 0);
-    bodies.step(Tools{tool_at({along_m, 0.3 * along_m, height_m})});
-    if (tick < 110) continue;
+    bodies.step(Tools{plate.tool_at_m({along_m - 0.007, 0.3 * along_m, height_m}, tick)});
+    if (tick < 120) continue;
     const Twist wrench = (bodies.push(0, 0).wrench - before.wrench) / kTick_s;
-    REQUIRE_THAT(-wrench[2], WithinAbs(kStiffness * kDepth_m, 0.05 * kStiffness * kDepth_m));
+    const Vector3d force_N = plate.turn.conjugate() * wrench.head<3>();
+    REQUIRE_THAT(-force_N.z(), WithinAbs(right_N, 0.05 * right_N));
+    REQUIRE(force_N.head<2>().norm() < 0.15 * right_N);
   }
 }
 
