@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -26,8 +27,8 @@ constexpr double kDepth_m = 0.004, kTick_s = 1e-3;
 
 /// A scene with its first hand alone, whose bodies stay where they are.
 scene::SceneDescription held_still(const std::string& name, bool has_friction) {
-  scene::SceneDescription scene = scene::load_scene(std::string(STILLGRID_SOURCE_DIR) +
-                                                    "/sim_server/scene/scenes/" + name + ".toml");
+  scene::SceneDescription scene = scene::load_scene(std::filesystem::path(STILLGRID_SOURCE_DIR) /
+                                                    "sim_server/scene/scenes" / (name + ".toml"));
   const scene::Hand hand = scene::hands_of(scene).front();
   scene.hands.clear();
   scene.tool = hand.tool;
