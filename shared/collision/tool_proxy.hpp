@@ -28,6 +28,9 @@ struct HalfSpace {
 [[nodiscard]] Eigen::Vector3d push_out(const Eigen::Vector3d& goal_m,
                                        std::span<HalfSpace> spaces) noexcept;
 
+/// Speed at which a surface that appears lets a proxy out, and one that goes lets it in, m/s.
+inline constexpr double kLeaving_m_s = 20e-3;
+
 /// Half-spaces are laid so often in a tick.
 inline constexpr int kLayings = 4;
 
@@ -62,7 +65,7 @@ struct TickPart {
 /// its motion relative to the device. device_moved_m: displacement of the device.
 inline void bound_overlaps(std::span<HalfSpace> spaces, const Eigen::Vector3d& device_moved_m,
                            double tick_s) {
-  constexpr double kLeaving_m_s = 20e-3, kTurning = 0.25;
+  constexpr double kTurning = 0.25;
   for (HalfSpace& space : spaces) {
     const double slack_m = kTurning * (device_moved_m - space.moved_m).norm();
     const double bound_m = -(kLeaving_m_s / kLayings * tick_s + slack_m);

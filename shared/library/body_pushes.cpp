@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/dynamics/engine.hpp"
@@ -191,14 +192,13 @@ void BodyPushes::find(publication::MovingRecords& moving, std::span<const GivenB
   std::erase_if(groups_, [](const Group& group) { return group.count == 0; });
   fill(moving, given);
   if (goes_on) begin_proxies();
-  for (std::uint64_t tick = from; tick <= to; ++tick) {
+  const auto poses_at = [&](std::uint64_t tick) {
     for (std::size_t hand = 0; hand < hands.size(); ++hand)
       poses_[hand] = dynamics::led_on_pose(hands[hand].path, tick, hands[hand].led_on_ticks);
-    if (tick == from)
-      bodies_.begin(state_, poses_);
-    else
-      bodies_.step(poses_);
-  }
+    return std::span(std::as_const(poses_));
+  };
+  bodies_.begin(state_, poses_at(from));
+  for (std::uint64_t tick = from + 1; tick <= to; ++tick) bodies_.step(poses_at(tick));
   proxies_.assign(bodies_.tools().proxies().begin(), bodies_.tools().proxies().end());
   proxies_tick_ = to;
   for (const GivenBody& body : state_.bodies) wrenches_.emplace_back(body.number, Twist::Zero());

@@ -15,8 +15,7 @@ namespace {
 
 constexpr double kLongestPeriod_s = 10.0;
 constexpr double kDefaultTool_m = 0.005;
-constexpr float kSlip_m_s = 1e-3F;  // of a tool without proxies, which no publisher has
-constexpr double kUnit = 1e-6;      // what a unit vector's square may differ from 1
+constexpr double kUnit = 1e-6;  // what a unit vector's square may differ from 1
 
 float f(double x) {
   return static_cast<float>(x);
@@ -36,8 +35,8 @@ int read_materials(const stillgrid_scene& scene, publication::StaticScene& fixed
           STILLGRID_E_ARGUMENT,
           "scene.materials[%u]: %g N/m, %g N s/m, friction %g: expected numbers of 0 or more", i,
           m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction);
-    fixed.materials.push_back(
-        {f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction), kSlip_m_s});
+    fixed.materials.push_back({f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction),
+                               f(collision::ContactMaterial{}.slip_speed_m_s)});
   }
   return STILLGRID_OK;
 }

@@ -150,11 +150,11 @@ void GivenBodies::lead() noexcept {
 }
 
 /// Moves a body under its contacts.
-void GivenBodies::push(std::size_t index, std::span<const ToolContact> contacts) noexcept {
+void GivenBodies::push(std::size_t index, std::span<const GivenContact> contacts) noexcept {
   GivenBody& body = state_.bodies[index];
   for (Contacts& of_hand : contacts_) of_hand = {};
   Contacts all;
-  for (const ToolContact& contact : contacts) {
+  for (const GivenContact& contact : contacts) {
     const GivenSphere& sphere = state_.spheres[contact.sphere];
     if (sphere.body != index) continue;
     const Vector3d arm_m = contact.point_m - body.centre_m;
@@ -192,10 +192,10 @@ void GivenBodies::step(std::span<const std::optional<dynamics::ToolPose>> tools)
   tools_.place(tools);
   ++ticks_;
   lead();
-  const std::span<const ToolContact> contacts = tools_.touch(state_.bodies, state_.spheres, led_);
+  const std::span<const GivenContact> contacts = tools_.touch(state_.bodies, state_.spheres, led_);
   if (contacts.empty()) return tools_.settle(state_.bodies, state_.spheres, {});
   pushed_.clear();
-  for (const ToolContact& contact : contacts)
+  for (const GivenContact& contact : contacts)
     pushed_.push_back(
         {contact.point_m - state_.bodies[state_.spheres[contact.sphere].body].centre_m,
          Vector3d::Zero()});

@@ -87,7 +87,7 @@ class GivenBodies {
                                  const Matrix6& resisting) const noexcept;
   void lead() noexcept;
   void move(std::size_t body) noexcept;
-  void push(std::size_t body, std::span<const ToolContact> contacts) noexcept;
+  void push(std::size_t body, std::span<const GivenContact> contacts) noexcept;
   void add_push(std::size_t hand, std::size_t body, const Twist& wrench) noexcept;
 
   GivenModel model_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/collision/proxy_load.hpp"
 #include "shared/dynamics/engine.hpp"
 #include "shared/dynamics/rigid_motion.hpp"
 
@@ -130,8 +131,7 @@ void GivenTools::push(std::size_t hand, std::size_t i, std::span<const GivenSphe
   GivenProxy& proxy = proxies_[number];
   const double radius_m = model_.tools[hand].spheres[i].radius_m;
   const std::size_t first = contacts_.size();
-  Vector3d spring_N = Vector3d::Zero(), weighted_touched = spring_N, weighted_slip = spring_N;
-  double weight_N = 0.0, limit_N = 0.0, damping_N_s_per_m = 0.0;
+  collision::ProxyLoad load;
   for (std::size_t k = 0; k < near_.size() && contacts_.size() < kMaxContacts; ++k) {
     const collision::HalfSpace& space = spaces_[k];
     if (!(space.push_m > 0.0)) continue;
@@ -148,50 +148,34 @@ void GivenTools::push(std::size_t hand, std::size_t i, std::span<const GivenSphe
     const double along_kg = share * kTick_s *
                             (kTick_s * material.stiffness_N_per_m +
                              (approach_m_s > 0.0 ? material.damping_N_s_per_m : 0.0));
-    const double press_N = material.stiffness_N_per_m * space.push_m;
+    const double press_N = load.add(material, space, 1.0, near_[k].velocity_m_s, slip_m_s);
     contacts_.push_back({hand, number, near_[k].sphere, point_m, -normal_N * space.normal,
                          along_kg * space.normal * space.normal.transpose(), press_N});
-    spring_N += press_N * space.normal;
-    weighted_touched += press_N * near_[k].velocity_m_s;
-    weighted_slip += press_N * slip_m_s;
-    weight_N += press_N;
-    damping_N_s_per_m += share * material.damping_N_s_per_m;
-    limit_N += material.friction * normal_N;
   }
-  const double total_N = spring_N.norm();
-  const Vector3d normal = spring_N.stableNormalized();
-  const double depth_m = normal.dot(proxy.position_m - proxy.device_m);
-  if (!(total_N > 0.0 && depth_m > 0.0)) {
+  const auto pull = load.pull(proxy.position_m - proxy.device_m, moved_m, kTick_s);
+  if (!pull) {
     proxy.stretch_m.setZero();
     return;
   }
-  const Vector3d slip_m_s = weighted_slip / weight_N;
   collision::StickingFriction friction{proxy.stretch_m};
-  const collision::StickingFriction::Pull pull{
-      .moved_m = moved_m - kTick_s / weight_N * weighted_touched,
-      .velocity_m_s = slip_m_s,
-      .normal = normal,
-      .stiffness_N_per_m = total_N / depth_m,
-      .damping_N_s_per_m = damping_N_s_per_m,
-      .limit_N = limit_N};
-  const Vector3d friction_N = friction.force_N(pull);
+  const Vector3d friction_N = friction.force_N(*pull);
   proxy.stretch_m = friction.stretch_m;
+  const Matrix3d across = Matrix3d::Identity() - pull->normal * pull->normal.transpose();
   // What slides is slowed by its limit at most.
-  const double slides_m_s = (slip_m_s - normal.dot(slip_m_s) * normal).norm();
+  const double slides_m_s = (across * pull->velocity_m_s).norm();
   const double across_kg =
-      std::min(kTick_s * (kTick_s * pull.stiffness_N_per_m + pull.damping_N_s_per_m),
-               kTick_s * limit_N / std::max(slides_m_s, 1e-9));
-  for (ToolContact& contact : std::span(contacts_).subspan(first)) {
-    const double share = contact.press_N / weight_N;
+      std::min(kTick_s * (kTick_s * pull->stiffness_N_per_m + pull->damping_N_s_per_m),
+               kTick_s * pull->limit_N / std::max(slides_m_s, 1e-9));
+  for (GivenContact& contact : std::span(contacts_).subspan(first)) {
+    const double share = contact.press_N / load.weight_N;
     contact.force_N -= share * friction_N;
-    contact.resisting_kg +=
-        share * across_kg * (Matrix3d::Identity() - normal * normal.transpose());
+    contact.resisting_kg += share * across_kg * across;
   }
 }
 
-std::span<const ToolContact> GivenTools::touch(std::span<const GivenBody> bodies,
-                                               std::span<const GivenSphere> spheres,
-                                               std::span<const LedSphere> led) noexcept {
+std::span<const GivenContact> GivenTools::touch(std::span<const GivenBody> bodies,
+                                                std::span<const GivenSphere> spheres,
+                                                std::span<const LedSphere> led) noexcept {
   contacts_.clear();
   for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
     if (!tools_[hand].is_here) continue;
@@ -222,7 +206,7 @@ void GivenTools::settle(std::span<const GivenBody> bodies, std::span<const Given
     proxy.position_m += aside_m;
     proxy.stretch_m -= aside_m - normal.dot(aside_m) * normal;
     const auto all = std::span(contacts_).subspan(first, c - first);
-    const auto most = std::ranges::max_element(all, {}, &ToolContact::press_N) - all.begin();
+    const auto most = std::ranges::max_element(all, {}, &GivenContact::press_N) - all.begin();
     const std::size_t carries = first + static_cast<std::size_t>(most);
     const GivenSphere& carrier = spheres[contacts_[carries].sphere];
     proxy.carrier = carrier.number;

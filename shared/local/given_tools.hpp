@@ -22,7 +22,7 @@ struct LedSphere {
 };
 
 /// The push of a tool's sphere on a body.
-struct ToolContact {
+struct GivenContact {
   std::size_t hand = 0, proxy = 0;  // proxy: index among the spheres of all tools
   std::size_t sphere = 0;           // index of the touched sphere
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
@@ -51,9 +51,9 @@ class GivenTools {
   void place(std::span<const std::optional<dynamics::ToolPose>> poses) noexcept;
   /// Moves the proxies and returns their contacts, valid until the next call. bodies: at the
   /// tick's end without the tools. led: one a sphere.
-  [[nodiscard]] std::span<const ToolContact> touch(std::span<const GivenBody> bodies,
-                                                   std::span<const GivenSphere> spheres,
-                                                   std::span<const LedSphere> led) noexcept;
+  [[nodiscard]] std::span<const GivenContact> touch(std::span<const GivenBody> bodies,
+                                                    std::span<const GivenSphere> spheres,
+                                                    std::span<const LedSphere> led) noexcept;
   /// The motion of a contact's sphere under the pushes.
   struct Pushed {
     Eigen::Vector3d aside_m = Eigen::Vector3d::Zero();  // displacement of the contact's point by it
@@ -98,7 +98,7 @@ class GivenTools {
   const GivenModel& model_;
   std::vector<Tool> tools_;
   std::vector<GivenProxy> proxies_;
-  std::vector<ToolContact> contacts_;
+  std::vector<GivenContact> contacts_;
   std::vector<Near> near_;
   std::vector<collision::HalfSpace> spaces_;
   std::vector<collision::SeenSurface> seen_;

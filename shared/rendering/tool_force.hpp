@@ -64,7 +64,7 @@ struct ToolContact {
 void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
                  const ToolContact& contact, const ToolPose& pose, double presence = 1.0) noexcept;
 
-/// Of one of them.
+/// Returns the force of one sphere.
 [[nodiscard]] ToolForce sphere_force_of(const proto::SceneHeader& scene,
                                         const TouchedSphere& sphere,
                                         std::span<const PlacedToolSphere> tool,

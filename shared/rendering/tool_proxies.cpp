@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "shared/collision/proxy_load.hpp"
+
 namespace stillgrid::rendering {
 namespace {
 
@@ -25,11 +27,9 @@ bool has_penalty(const proto::SceneHeader& scene) noexcept {
 
 }  // namespace
 
-/// What pushes a proxy, weighted by the force of its spring.
-struct ToolProxies::Load {
-  Vector3d spring_N = Vector3d::Zero(), weighted_touched = Vector3d::Zero(),
-           weighted_slip = Vector3d::Zero();
-  double weight_N = 0.0, static_N = 0.0, limit_N = 0.0, damping_N_s_per_m = 0.0;
+/// The load of a proxy, with the parts that bodies which never move and soft bodies carry.
+struct ToolProxies::Load : collision::ProxyLoad {
+  double static_N = 0.0;
   // Soft bodies with a limit. A tool sphere touches few at once.
   struct Soft {
     std::uint32_t body;
@@ -68,15 +68,8 @@ void ToolProxies::add_push(const Surface& surface, const collision::HalfSpace& s
   collision::ContactMaterial smooth = material;
   smooth.friction = 0.0;
   add_contact(sum, smooth, contact, pose, share);
-  const Vector3d slip_m_s = relative_velocity_m_s(contact, pose);
-  const double push_N = energy_share * material.stiffness_N_per_m * space.push_m;
-  load.spring_N += push_N * space.normal;
-  load.weighted_touched += push_N * touched_m_s;
-  load.weighted_slip += push_N * slip_m_s;
-  load.weight_N += push_N;
-  load.damping_N_s_per_m += share * material.damping_N_s_per_m;
-  load.limit_N += share * material.friction *
-                  collision::normal_force_N(material, space.depth_m, -space.normal.dot(slip_m_s));
+  const double push_N =
+      load.add(material, space, energy_share, touched_m_s, relative_velocity_m_s(contact, pose));
   if (sphere != nullptr) load.press(*sphere, push_N * space.normal);
   if (plane == nullptr && (sphere == nullptr || !sphere->is_static)) return;
   load.static_N += push_N;
@@ -133,10 +126,9 @@ void ToolProxies::begin_at(std::span<const dynamics::Vector4> proxies_m, bool kn
 /// Lays the surface of those spheres that pushed the proxy and have gone or jumped.
 void ToolProxies::find_lost(const TouchedSpheres& touched, std::uint32_t tool_sphere,
                             double tick_s) noexcept {
-  constexpr double kLettingIn_m_s = 20e-3;
   Proxy& proxy = proxies_[tool_sphere];
   LostSurface& lost = proxy.lost;
-  lost.depth_m = std::max(0.0, lost.depth_m - kLettingIn_m_s * tick_s);
+  lost.depth_m = std::max(0.0, lost.depth_m - collision::kLeaving_m_s * tick_s);
   Vector3d lost_N = Vector3d::Zero();
   double most_N = 0.0;
   for (const Pusher& pusher : std::span(pushers_[tool_sphere]).first(proxy.pusher_count)) {
@@ -267,7 +259,6 @@ double ToolProxies::longest_near_fields_m(std::span<const collision::HalfSpace> 
   return longest_m;
 }
 
-/// Friction acts on a proxy as a whole: what carries the load may change from sphere to sphere.
 void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const ToolPose& pose,
                              double tick_s, const dynamics::Vector4* stretch_m,
                              ToolForce& sum) noexcept {
@@ -278,28 +269,18 @@ void ToolProxies::add_forces(std::size_t tool_sphere, std::size_t count, const T
     if (spaces_[k].push_m > 0.0) add_push(surfaces_[k], spaces_[k], device, pose, sum, load);
   const Vector3d moved_m = device.position_m - proxy.device_m;
   proxy.device_m = device.position_m;
-  const double press_N = load.spring_N.norm();
-  if (!std::exchange(proxy.touches, press_N > 0.0) || !proxy.touches) proxy.friction = {};
+  const bool touches = load.spring_N.norm() > 0.0;
+  if (!std::exchange(proxy.touches, touches) || !proxy.touches) proxy.friction = {};
   if (stretch_m != nullptr) proxy.friction.stretch_m = stretch_m->vector();
   sum.is_crushing = sum.is_crushing || load.is_crushing();
-  if (!proxy.touches) return;
-  const Vector3d normal = load.spring_N / press_N;
-  const double depth_m = normal.dot(proxy.position_m - device.position_m);
-  if (!(depth_m > 0.0)) return;
-  const Vector3d slip_m_s = load.weighted_slip / load.weight_N;
-  Vector3d pulled_m = Vector3d::Zero();
-  if (stretch_m == nullptr) pulled_m = moved_m - tick_s / load.weight_N * load.weighted_touched;
-  const collision::StickingFriction::Pull pull{.moved_m = pulled_m,
-                                               .velocity_m_s = slip_m_s,
-                                               .normal = normal,
-                                               .stiffness_N_per_m = press_N / depth_m,
-                                               .damping_N_s_per_m = load.damping_N_s_per_m,
-                                               .limit_N = load.limit_N};
-  const Vector3d friction_N = proxy.friction.force_N(pull);
-  const Vector3d lever_m = device.position_m - device.radius_m * normal - pose.position_m;
+  auto pull = load.pull(proxy.position_m - device.position_m, moved_m, tick_s);
+  if (!pull) return;
+  if (stretch_m != nullptr) pull->moved_m.setZero();  // its stretch is that of this tick
+  const Vector3d friction_N = proxy.friction.force_N(*pull);
+  const Vector3d lever_m = device.position_m - device.radius_m * pull->normal - pose.position_m;
   sum.force_N += friction_N;
   sum.torque_N_m += lever_m.cross(friction_N);
-  sum.static_J += 0.5 * load.static_N / load.weight_N * pull.stiffness_N_per_m *
+  sum.static_J += 0.5 * load.static_N / load.weight_N * pull->stiffness_N_per_m *
                   proxy.friction.stretch_m.squaredNorm();
 }
 
@@ -325,7 +306,7 @@ ToolForce ToolProxies::press(const proto::SceneHeader& scene, const TouchedSpher
     // One of w = 0 touches nothing there that may move.
     const bool is_known = i < stretches_m.size() && stretches_m[i].w != 0.0 && !proxies_[i].is_own;
     add_forces(i, count, pose, tick_s, is_known ? &stretches_m[i] : nullptr, sum);
-    remember(i, count);
+    if (may_lose_) remember(i, count);
   }
   return sum;
 }

@@ -36,7 +36,8 @@ struct AskedField {
 /// whatever frame the file has: met through its balls, or through its field. A thin shell if it
 /// bounds no solid.
 struct RigidMeshBody {
-  /// With a field: none where it never moves, else points of its surface.
+  /// Balls of a body that is met through its balls. A body with a field has points of its surface
+  /// here if it may move.
   std::vector<spheres::Ball> balls = {};
   mesh::TriangleMesh surface = {};  // closed, but for a shell; for a display
   std::string no_solid = {};        // why it is a shell, which cover_shells() covers with balls
@@ -64,7 +65,7 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
 
 /// Masses and springs of one that stands where body says.
 [[nodiscard]] SpringNet net_of(const SoftMeshBody& mesh, const BodyDescription& body);
-/// As a rigid body of that mass.
+/// Returns the mesh as a rigid body of that mass.
 [[nodiscard]] RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg);
 [[nodiscard]] std::vector<SphereBinding> spheres_of(const RigidMeshBody& mesh,
                                                     const BodyDescription& body);

@@ -120,7 +120,7 @@ class Published {
     return pushes;
   }
 
-  /// What stands in the segment.
+  /// The newest snapshot of the segment.
   struct Snapshot {
     proto::SnapshotHeader header;
     std::vector<proto::SphereRecord> spheres;
@@ -184,7 +184,7 @@ class Published {
   std::uint32_t count_ = 0;
 };
 
-/// Of a free ball.
+/// Returns the response of a free ball.
 inline stillgrid_response ball_response(std::uint32_t body, const Eigen::Vector3d& centre_m,
                                         double mass_kg, double radius_m) {
   stillgrid_response response{};

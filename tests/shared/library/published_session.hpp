@@ -12,7 +12,7 @@ namespace stillgrid::library {
 
 inline constexpr std::uint32_t kMoving = 3;
 
-/// What is published once: two materials, a plane, two static spheres, a hand of two spheres.
+/// The fixed part of a scene: two materials, a plane, two static spheres, a hand of two spheres.
 struct Fixture {
   publication::TestSession session;
   std::array<stillgrid_material, 2> materials{{{500.0, 1.0, 0.25}, {2000.0, 4.0, 0.5}}};
@@ -49,7 +49,7 @@ struct Fixture {
 inline constexpr std::array<double, kMoving> kRadii_m{0.5, 0.25, 0.125};
 inline constexpr std::array<std::uint32_t, kMoving> kMaterials{0, 1, 0}, kBodies{1, 1, 2};
 
-/// Where state n has the spheres; numbers that a float holds.
+/// Returns the places of the spheres in state n, as numbers that a float holds.
 inline std::vector<double> positions_m(int n) {
   return {0.0, 0.25 * n, 0.0, 1.0, 0.25 * n, 0.0, 2.0, 0.25 * n, 0.0};
 }
