@@ -33,8 +33,8 @@ struct ProxyLoad {
     return push_N;
   }
 
-  /// Returns the pull of a tick on friction, if a spring pushes the tool back. behind_m: place of
-  /// the proxy beside its tool sphere. moved_m: displacement of that sphere.
+  /// Returns the pull of a tick on friction, if a spring pushes the tool back. The place of the
+  /// proxy beside its tool sphere is behind_m. The displacement of that sphere is moved_m.
   [[nodiscard]] std::optional<StickingFriction::Pull> pull(const Eigen::Vector3d& behind_m,
                                                            const Eigen::Vector3d& moved_m,
                                                            double tick_s) const noexcept {
