@@ -19,17 +19,6 @@ constexpr double kTouching = 1e-3;          // of the radii: the gap that rows o
 constexpr double kBallInertia = 0.4;        // of mass times square of radius
 constexpr double kInertiaTolerance = 1e-9;  // share by which that of a ball may differ
 
-/// Bounds the speed of every point of a sphere's centre.
-double speed_m_s(const Description::Sphere& sphere, const SceneState& state) {
-  if (sphere.rigid >= 0)
-    return state.rigid_velocity_m_s[at(sphere.rigid)].vector().norm() +
-           state.angular_velocity_rad_s[at(sphere.rigid)].vector().norm() * sphere.local_m.norm();
-  double most = 0.0;
-  for (int k = 0; k < sphere.node_count; ++k)
-    most = std::max(most, state.node_velocity_m_s[at(sphere.nodes[at(k)])].vector().norm());
-  return most;
-}
-
 /// Groups in the order in which they are solved: planes, those that touch, those that are near.
 std::size_t group_of(SideKind a, SideKind b, bool touches) {
   if (b == SideKind::kPlane) return static_cast<std::size_t>(a);
@@ -81,6 +70,16 @@ double length_m(const Description& description, const Description::Sphere& spher
 }
 
 }  // namespace
+
+double highest_speed_m_s(const Description::Sphere& sphere, const SceneState& state) {
+  if (sphere.rigid >= 0)
+    return state.rigid_velocity_m_s[at(sphere.rigid)].vector().norm() +
+           state.angular_velocity_rad_s[at(sphere.rigid)].vector().norm() * sphere.local_m.norm();
+  double most = 0.0;
+  for (int k = 0; k < sphere.node_count; ++k)
+    most = std::max(most, state.node_velocity_m_s[at(sphere.nodes[at(k)])].vector().norm());
+  return most;
+}
 
 Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere, const SceneState& state) {
   if (sphere.rigid >= 0) {
@@ -139,7 +138,7 @@ void ContactListing::bound_ways(const SceneState& state, double tick_s) {
   bases_.resize(description_.spheres.size());
   for (std::size_t s = 0; s < bases_.size(); ++s) {
     const Description::Sphere& sphere = description_.spheres[s];
-    const double next = speed_m_s(sphere, state) * tick_s;
+    const double next = highest_speed_m_s(sphere, state) * tick_s;
     bases_[s] = sphere_position_m(sphere, state);
     bases_[s].w = listing_margin_m(lengths_m_[s], next) + falls;
   }
@@ -318,25 +317,42 @@ std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) 
   return count;
 }
 
+/// Packs the candidates of a group in rows. Without in_turn rows may hold a mover twice, and all
+/// but the last are full.
+void ContactListing::pack(std::size_t group, bool is_in_turn) {
+  packer_.start(description_.nodes.size() + description_.rigid_bodies.size());
+  const bool is_plane = kinds_of(group).second == SideKind::kPlane;
+  std::array<std::int32_t, 8> movers{};
+  for (std::size_t k = 0; k < candidates_[group].size(); ++k) {
+    const Candidate& pair = candidates_[group][k];
+    std::size_t count = is_in_turn ? movers_of(pair.a, movers.data()) : 0;
+    if (is_in_turn && !is_plane) count += movers_of(pair.b, movers.data() + count);
+    packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
+  }
+  packer_.finish();
+}
+
 void ContactListing::pack() {
+  constexpr std::size_t kLeastLanes = 4;  // of a row, on average, of contacts solved in turn
   rows_.groups.clear();
   rows_.rows.clear();
   rows_.places.clear();
   for (std::size_t g = 0; g < candidates_.size(); ++g) {
     if (candidates_[g].empty()) continue;
-    packer_.start(description_.nodes.size() + description_.rigid_bodies.size());
     const auto [kind_a, kind_b] = kinds_of(g);
-    std::array<std::int32_t, 8> movers{};
-    for (std::size_t k = 0; k < candidates_[g].size(); ++k) {
-      const Candidate& pair = candidates_[g][k];
-      std::size_t count = movers_of(pair.a, movers.data());
-      if (kind_b != SideKind::kPlane) count += movers_of(pair.b, movers.data() + count);
-      if (!is_solved_in_turn(kind_a, kind_b)) count = 0;  // rows may be full
-      packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
+    bool is_in_turn = may_be_in_turn(kind_a, kind_b);
+    pack(g, is_in_turn);
+    if (is_in_turn && !is_of_balls(kind_a, kind_b) &&
+        kLeastLanes * packer_.rows().size() > candidates_[g].size()) {
+      is_in_turn = false;
+      pack(g, false);
     }
-    packer_.finish();
     const std::size_t first = rows_.rows.size(), end = first + packer_.rows().size();
-    rows_.groups.push_back({.a = kind_a, .b = kind_b, .first = first, .end = end});
+    rows_.groups.push_back({.a = kind_a,
+                            .b = kind_b,
+                            .first = first,
+                            .end = end,
+                            .is_in_turn = is_in_turn ? std::uint64_t{1} : 0});
     rows_.rows.resize(end);
     rows_.places.resize(end);
     for (std::size_t row = first; row < end; ++row)

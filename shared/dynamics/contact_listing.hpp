@@ -23,6 +23,8 @@ namespace stillgrid::dynamics {
 /// Velocity of a sphere's centre in the frame of the world.
 [[nodiscard]] Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere,
                                                   const SceneState& state);
+/// A bound of the speed of a sphere's centre, which takes less time to compute.
+[[nodiscard]] double highest_speed_m_s(const Description::Sphere& sphere, const SceneState& state);
 /// How far a thing of a length may move until contacts are listed anew. next_m: its way in a tick.
 [[nodiscard]] double listing_margin_m(double length_m, double next_m);
 
@@ -220,6 +222,7 @@ class ContactListing {
   void list_sleeper_lanes();
   void remember();
   void recall();
+  void pack(std::size_t group, bool is_in_turn);
   void pack();
   void derive_lane(std::size_t row, std::size_t lane, bool is_plane);
   void derive();

@@ -43,6 +43,8 @@ void ContactListing::check_rows(const Saved& saved) const {
   for (const RowGroup& group : saved.groups) {
     require(group.first == end && group.end > end && group.end <= lanes / kRowLanes);
     require(group.a < SideKind::kPlane && group.b <= SideKind::kPlane);
+    require(is_of_balls(group.a, group.b) ? group.is_in_turn == 1
+                                          : group.is_in_turn <= may_be_in_turn(group.a, group.b));
     end = group.end;
     const bool is_plane = group.b == SideKind::kPlane;
     const std::size_t others =

@@ -83,18 +83,30 @@ struct alignas(64) RowPlace {
   RowFloats stiffness_N_per_m, damping_N_s_per_m;
 };
 
-/// Whether contacts of these kinds are solved one after another, which suits many bodies of a few
-/// contacts each. Else all of them are solved at once: few bodies would leave rows empty.
-[[nodiscard]] inline bool is_solved_in_turn(SideKind a, SideKind b) {
+/// Whether contacts of these kinds are between balls, or a ball and a plane.
+[[nodiscard]] constexpr bool is_of_balls(SideKind a, SideKind b) {
   return a == SideKind::kBall && (b == SideKind::kBall || b == SideKind::kPlane);
 }
+/// Whether contacts of these kinds may be solved one after another. Those of nodes are not: a
+/// sphere moves up to four nodes, which its neighbours move too.
+[[nodiscard]] constexpr bool may_be_in_turn(SideKind a, SideKind b) {
+  return a != SideKind::kSoft && b != SideKind::kSoft;
+}
 
-/// A run of rows whose sides are of the same kinds.
+/// A run of rows whose sides are of the same kinds. Its contacts are solved one after another,
+/// which converges faster, or all at once: few bodies of many contacts would leave rows empty.
 struct RowGroup {
   SideKind a = SideKind::kBall, b = SideKind::kBall;
   std::size_t first = 0, end = 0;                  // rows
   std::size_t first_side_a = 0, first_side_b = 0;  // into soft_sides or rigid_sides
+  std::uint64_t is_in_turn = 0;                    // so that a RowGroup has no padding
+
+  /// Iterations of a substep, in turn forwards and backwards. Two balls have one contact. Those of
+  /// a box's face share two bodies: with six iterations in turn an undamped box gains 0.11 % of its
+  /// energy in a bounce. One of contacts solved at once leaves up to 0.4 of their error.
+  [[nodiscard]] int iterations() const { return is_of_balls(a, b) ? 2 : is_in_turn != 0 ? 8 : 6; }
 };
+inline constexpr int kMostIterations = 8;
 
 /// The listed contacts, in the order in which they are solved.
 struct RowList {

@@ -38,24 +38,25 @@ HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const 
   }
 }
 
-/// The mean depth and the mean rate of a substep change by h / 4 and 1 / 2 of the velocity.
-HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, std::size_t i,
+/// The mean depth and the mean rate of a substep change by h / 4 and 1 / 2 of the velocity. scale:
+/// contacts that are solved in turn may change it twice as much as those solved at once.
+HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, float scale, std::size_t i,
                           ContactRates& rates) {
   const auto largest = [](Column values) {
     return static_cast<double>(hn::GetLane(hn::MaxOfLanes(Floats(), values)));
   };
   // Else the neighbours in a vector would decide whether a lane counts.
   const auto is_solved = hn::Ne(Get(row.depth_m, i), All(kApart_m));
-  const Column mass = hn::IfThenElseZero(is_solved, Get(row.normal_mass_per_kg, i));
+  const Column mass = hn::IfThenElseZero(is_solved, All(scale) * Get(row.normal_mass_per_kg, i));
   rates.stiffness_per_s2 = std::max(rates.stiffness_per_s2,
                                     largest(All(0.25F) * mass * Get(place.stiffness_N_per_m, i)));
   rates.damping_per_s =
       std::max(rates.damping_per_s, largest(All(0.5F) * mass * Get(place.damping_N_s_per_m, i)));
 }
 
-template <class A, class B>
+template <class A, class B, bool InTurn>
 HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
-                           std::size_t index, LiveRows& live) {
+                           std::size_t index, float substep_s) {
   ContactRow& row = list.rows[index];
   RowPlace& place = list.places[index];
   EachVector(list, bodies, group, index,
@@ -69,29 +70,28 @@ HWY_INLINE void PrepareRow(RowList& list, ContactBodies& bodies, const RowGroup&
                Put(All(0.0F), row.across_mass_per_kg, i);
                const Column lever = Get(row.lever, i);
                const Column3 normal = Get(row.normal, i);
-               a.Prepare(row, place, side_a, normal, lever, kInTurn<A, B>);
-               b.Prepare(row, place, side_b, normal, lever, kInTurn<A, B>);
+               a.Prepare(row, place, side_a, normal, lever, InTurn);
+               b.Prepare(row, place, side_b, normal, lever, InTurn);
                SetEquations(row, place, a.AtContact(normal, lever) - b.AtContact(normal, lever),
                             a.TurnRate(place, side_a, normal) + b.TurnRate(place, side_b, normal),
-                            live.substep_s, i);
-               if constexpr (!kInTurn<A, B>) NoteRates(row, place, i, live.rates);
+                            substep_s, i);
              });
 }
 
 /// Applies an impulse on both sides: now where contacts are solved in turn, else to the sums of
 /// changes, in the order of lanes.
-template <class A, class B>
+template <class A, class B, bool InTurn>
 HWY_INLINE void Push(A& a, B& b, const Column3& impulse, const ContactRow& row,
                      const SideContext& side_a, const SideContext& side_b) {
   const Column3 normal = Get(row.normal, side_a.lane);
   const Column lever = Get(row.lever, side_a.lane);
-  if constexpr (!kInTurn<A, B>) {
+  if constexpr (!InTurn) {
     a.Clear();
     b.Clear();
   }
   a.Push(impulse, normal, lever);
   b.Push(impulse, normal, lever);
-  if constexpr (kInTurn<A, B>) {
+  if constexpr (InTurn) {
     a.Store(row, side_a);
     b.Store(row, side_b);
   } else {
@@ -124,7 +124,7 @@ HWY_INLINE void ApplyChanges(ContactBodies& bodies) {
   }
 }
 
-template <class A, class B>
+template <class A, class B, bool InTurn>
 HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
                              std::size_t index) {
   ContactRow& row = list.rows[index];
@@ -136,37 +136,39 @@ HWY_INLINE void WarmStartRow(RowList& list, ContactBodies& bodies, const RowGrou
                B b;
                a.Load(row, side_a);
                b.Load(row, side_b);
-               Push(a, b, push * Get(row.normal, i) + Get(row.friction_impulse_N_s, i), row, side_a,
-                    side_b);
+               Push<A, B, InTurn>(a, b,
+                                  push * Get(row.normal, i) + Get(row.friction_impulse_N_s, i), row,
+                                  side_a, side_b);
              });
 }
 
-template <class A, class B>
+template <class A, class B, bool InTurn>
 HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& group,
                          std::size_t index, float substep_s) {
   ContactRow& row = list.rows[index];
   const Column half_step = All(0.5F * substep_s);
-  EachVector(
-      list, bodies, group, index,
-      [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
-        if (!IsSolved(row, i)) return;
-        A a;
-        B b;
-        a.Load(row, side_a);
-        b.Load(row, side_b);
-        const Column3 normal = Get(row.normal, i);
-        const Column lever = Get(row.lever, i);
-        const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
-        const Column un = Dot(u, normal), push_before = Get(row.push_impulse_N_s, i);
-        const Column push =
-            SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, half_step, i);
-        const Column3 drag_before = Get(row.friction_impulse_N_s, i);
-        const Column3 slip = (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
-        const Column3 drag = SolveDrag(row, slip, push, i);
-        Put(push, row.push_impulse_N_s, i);
-        Put(drag, row.friction_impulse_N_s, i);
-        Push(a, b, (push - push_before) * normal + (drag - drag_before), row, side_a, side_b);
-      });
+  EachVector(list, bodies, group, index,
+             [&](std::size_t i, const SideContext& side_a, const SideContext& side_b) HWY_ATTR {
+               if (!IsSolved(row, i)) return;
+               A a;
+               B b;
+               a.Load(row, side_a);
+               b.Load(row, side_b);
+               const Column3 normal = Get(row.normal, i);
+               const Column lever = Get(row.lever, i);
+               const Column3 u = a.AtContact(normal, lever) - b.AtContact(normal, lever);
+               const Column un = Dot(u, normal), push_before = Get(row.push_impulse_N_s, i);
+               const Column push =
+                   SolvePush(row, un - Get(row.normal_mass_per_kg, i) * push_before, half_step, i);
+               const Column3 drag_before = Get(row.friction_impulse_N_s, i);
+               const Column3 slip =
+                   (u - un * normal) - Get(row.across_mass_per_kg, i) * drag_before;
+               const Column3 drag = SolveDrag(row, slip, push, i);
+               Put(push, row.push_impulse_N_s, i);
+               Put(drag, row.friction_impulse_N_s, i);
+               Push<A, B, InTurn>(a, b, (push - push_before) * normal + (drag - drag_before), row,
+                                  side_a, side_b);
+             });
 }
 
 constexpr std::size_t kRowsAChunk = 64;  // of 16 contacts each: fewer cost more than they share
@@ -182,44 +184,56 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
   bodies.changed.clear();
   for (const RowGroup& group : list.groups) {
     const bool is_plane = group.b == SideKind::kPlane;
-    WithSides(group, [&]<class A, class B>(A, B) HWY_ATTR {
+    WithSides(group, [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>) HWY_ATTR {
       const auto locate = [&](std::size_t first, std::size_t end) HWY_ATTR {
         for (std::size_t row = group.first + first; row < group.first + end; ++row) {
           bool is_live = false;
           for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
             is_live = Locate(list.rows[row], list.places[row], bodies, is_plane, i) || is_live;
           live.is_live[row] = is_live ? 1 : 0;
-          if constexpr (kInTurn<A, B>)
-            if (is_live) PrepareRow<A, B>(list, bodies, group, row, live);
+          if constexpr (InTurn)
+            if (is_live) PrepareRow<A, B, InTurn>(list, bodies, group, row, substep_s);
         }
       };
       live.sharing->for_each_chunk(group.end - group.first, kRowsAChunk, locate);
       for (std::size_t row = group.first; row < group.end; ++row) {
         if (live.is_live[row] == 0) continue;
         live.rows.push_back(static_cast<std::uint32_t>(row));
-        if constexpr (!kInTurn<A, B>) CountContacts(list, bodies, group, row);
+        if constexpr (!InTurn) CountContacts(list, bodies, group, row);
       }
     });
     live.group_end.push_back(live.rows.size());
   }
   // Contacts that are solved at once share the masses of their movers.
-  EachLiveRow(list, live, false, false,
-              [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
-                  HWY_ATTR { PrepareRow<A, B>(list, bodies, group, row, live); });
+  const auto is_at_once = [](const RowGroup& group) { return group.is_in_turn == 0; };
+  EachLiveRow(list, live, false, is_at_once,
+              [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>,
+                                                 const RowGroup& group, std::size_t row)
+                  HWY_ATTR { PrepareRow<A, B, InTurn>(list, bodies, group, row, substep_s); });
+  const auto is_other = [](const RowGroup& group) { return !is_of_balls(group.a, group.b); };
+  EachLiveRow(list, live, false, is_other,
+              [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>, const RowGroup&,
+                                                 std::size_t row) HWY_ATTR {
+                for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
+                  NoteRates(list.rows[row], list.places[row], InTurn ? 0.5F : 1.0F, i, live.rates);
+              });
 }
 
 void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
-  EachLiveRow(list, live, false, true,
-              [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
-                  HWY_ATTR { WarmStartRow<A, B>(list, bodies, group, row); });
+  const auto any = [](const RowGroup&) { return true; };
+  EachLiveRow(list, live, false, any,
+              [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>,
+                                                 const RowGroup& group, std::size_t row)
+                  HWY_ATTR { WarmStartRow<A, B, InTurn>(list, bodies, group, row); });
   ApplyChanges(bodies);
 }
 
-void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
-               bool with_balls) {
-  EachLiveRow(list, live, is_backward, with_balls,
-              [&]<class A, class B>(A, B, const RowGroup& group, std::size_t row)
-                  HWY_ATTR { SolveRow<A, B>(list, bodies, group, row, live.substep_s); });
+void SolveRows(RowList& list, ContactBodies& bodies, const LiveRows& live, int iteration) {
+  const auto takes = [=](const RowGroup& group) { return iteration < group.iterations(); };
+  EachLiveRow(list, live, iteration % 2 == 1, takes,
+              [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>,
+                                                 const RowGroup& group, std::size_t row)
+                  HWY_ATTR { SolveRow<A, B, InTurn>(list, bodies, group, row, live.substep_s); });
   ApplyChanges(bodies);
 }
 
@@ -263,9 +277,8 @@ void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRow
 void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(WarmStartRows)(list, bodies, live);
 }
-void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
-                bool with_balls) {
-  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, is_backward, with_balls);
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, int iteration) {
+  HWY_DYNAMIC_DISPATCH(SolveRows)(list, bodies, live, iteration);
 }
 void finish_rows(RowList& list, float substep_s, const LiveRows& live) {
   HWY_DYNAMIC_DISPATCH(FinishRows)(list, substep_s, live);

@@ -10,9 +10,10 @@
 namespace stillgrid::dynamics {
 
 /// Contacts are soft constraints with a warm start. A contact has the stiffness and damping of its
-/// materials. Its force is the mean of the contact law over a substep, to second order. Contacts of
-/// balls are solved by Gauss-Seidel, all others by Jacobi with shares of mass. Friction is a spring
-/// that holds the points of contact and slides at Coulomb's limit.
+/// materials. Its force is the mean of the contact law over a substep, to second order. Contacts
+/// of many bodies are solved by Gauss-Seidel; those of nodes, and of few rigid bodies that have
+/// many, by Jacobi with shares of mass. Friction is a spring that holds the points of contact and
+/// slides at Coulomb's limit.
 ///
 /// A substep calls prepare_rows() at its middle with the velocities of its start. It adds all other
 /// forces to the velocities. Then it calls warm_start_rows(), solve_rows() for each iteration, and
@@ -24,7 +25,7 @@ namespace stillgrid::dynamics {
 /// Rows of a group that may touch within the substep; indices are into RowList::rows.
 struct LiveRows {
   float substep_s = 0.0F;
-  ContactRates rates;  // largest of contacts that are solved at once
+  ContactRates rates;  // largest of contacts that are not of balls
   const WorkSharing* sharing = &WorkSharing::alone();
   std::vector<std::uint8_t> is_live;  // all rows of the list
   std::vector<std::uint32_t> rows;
@@ -35,10 +36,8 @@ struct LiveRows {
 void prepare_rows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live);
 /// Applies the impulses of the last substep.
 void warm_start_rows(RowList& list, ContactBodies& bodies, const LiveRows& live);
-/// Iterates once over all live rows; backwards if is_backward. Without with_balls it leaves out
-/// contacts of balls with balls and planes.
-void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, bool is_backward,
-                bool with_balls);
+/// Iterates once over the live rows that have as many iterations; see RowGroup.
+void solve_rows(RowList& list, ContactBodies& bodies, const LiveRows& live, int iteration);
 /// Stretches the springs that friction holds.
 void finish_rows(RowList& list, float substep_s, const LiveRows& live);
 

@@ -75,7 +75,7 @@ int Engine::substeps_of_path(double lengths) {
 /// So many that no two spheres that meet in the tick move by more than a share of the smaller
 /// radius relative to each other.
 int Engine::substeps_by_speed(double tick_s) {
-  int most = substeps_of_path(fields_.most_lengths(listing_, state_, tick_s));
+  int most = substeps_of_path(fields_.most_lengths(listing_, state_, tick_s, kLongestWay));
   if (!measure_ways(tick_s)) return most;
   const double longest = kLongestWay * smallest_length_m_;
   for (const RowGroup& group : listing_.rows().groups) {

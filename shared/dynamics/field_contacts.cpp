@@ -38,19 +38,25 @@ void FieldContacts::adopt(const ContactListing& listing, ContactBodies& bodies) 
 }
 
 double FieldContacts::most_lengths(const ContactListing& listing, const SceneState& state,
-                                   double tick_s) const {
-  double most = 0.0;
+                                   double tick_s, double least) const {
+  double most = least;
   for (const FieldLane& lane : listing.field_lanes()) {
     const std::size_t s = at(listing.order()[at(lane.place)]),
                       r = at(description_.fields[at(lane.field)].rigid);
     const Description::Sphere& sphere = description_.spheres[s];
     const Description::Field& field = description_.fields[at(lane.field)];
+    const double length_m = std::min(listing.lengths_m()[s], field_cell_m(field));
+    const Eigen::Vector3d velocity_m_s = state.rigid_velocity_m_s[r].vector(),
+                          turning_rad_s = state.angular_velocity_rad_s[r].vector(),
+                          middle_m = state.rigid_position_m[r].vector();
+    const Vector4& base = listing.base()[at(lane.place)];
+    const double highest_m_s = highest_speed_m_s(sphere, state) + velocity_m_s.norm() +
+                               turning_rad_s.norm() * ((base.vector() - middle_m).norm() + base.w);
+    if (tick_s * highest_m_s <= most * length_m) continue;  // most are slow
     const Eigen::Vector3d centre_m = sphere_position_m(sphere, state).vector();
-    const Eigen::Vector3d field_m_s =
-        state.rigid_velocity_m_s[r].vector() + state.angular_velocity_rad_s[r].vector().cross(
-                                                   centre_m - state.rigid_position_m[r].vector());
+    const Eigen::Vector3d field_m_s = velocity_m_s + turning_rad_s.cross(centre_m - middle_m);
     const double path_m = tick_s * (sphere_velocity_m_s(sphere, state) - field_m_s).norm();
-    const double lengths = path_m / std::min(listing.lengths_m()[s], field_cell_m(field));
+    const double lengths = path_m / length_m;
     if (lengths <= most) continue;
     const Eigen::Vector3d point_m = field_pose(field, state).into(centre_m);
     if (least_distance_m(field, point_m) < sphere.radius_m + path_m) most = lengths;

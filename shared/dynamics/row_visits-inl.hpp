@@ -15,23 +15,24 @@
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 
-template <class A, class B>
-constexpr bool kInTurn = std::is_same_v<A, BallSide<1>> &&
-                         (std::is_same_v<B, BallSide<-1>> || std::is_same_v<B, PlaneSide>);
-
-/// Calls visit with the types of both sides of a group.
+/// Calls visit with the types of both sides of a group, and with whether it is solved in turn.
 template <class Visit>
 HWY_INLINE void WithSides(const RowGroup& group, const Visit& visit) {
+  const auto with_turn = [&]<class A, class B>(A a, B b) HWY_ATTR {
+    if constexpr (may_be_in_turn(A::kKind, B::kKind))
+      if (group.is_in_turn != 0) return visit(a, b, std::true_type());
+    if constexpr (!is_of_balls(A::kKind, B::kKind)) return visit(a, b, std::false_type());
+  };
   const auto with_b = [&](auto a) HWY_ATTR {
     switch (group.b) {
       case SideKind::kBall:
-        return visit(a, BallSide<-1>());
+        return with_turn(a, BallSide<-1>());
       case SideKind::kRigid:
-        return visit(a, RigidBodySide<-1>());
+        return with_turn(a, RigidBodySide<-1>());
       case SideKind::kSoft:
-        return visit(a, SoftBodySide<-1>());
+        return with_turn(a, SoftBodySide<-1>());
       case SideKind::kPlane:
-        return visit(a, PlaneSide());
+        return with_turn(a, PlaneSide());
     }
   };
   // Sides are listed in the order of their kinds, and no plane is side a.
@@ -55,21 +56,21 @@ HWY_INLINE void EachVector(RowList& list, ContactBodies& bodies, const RowGroup&
           SideContext{&bodies, &list, group.first_side_b + k, i});
 }
 
-/// Calls visit<A, B>(group, row) for all live rows; without in_turn_too for those of contacts that
-/// are solved at once.
-template <class Visit>
-HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward, bool in_turn_too,
-                            const Visit& visit) {
+/// Calls visit<A, B, InTurn>(group, row) for all live rows of the groups that takes(group) takes.
+template <class Takes, class Visit>
+HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward,
+                            const Takes& takes, const Visit& visit) {
   const std::size_t groups = list.groups.size();
   for (std::size_t k = 0; k < groups; ++k) {
     const std::size_t g = is_backward ? groups - 1 - k : k;
-    if (!in_turn_too && is_solved_in_turn(list.groups[g].a, list.groups[g].b)) continue;
+    if (!takes(list.groups[g])) continue;
     const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
-    WithSides(list.groups[g], [&]<class A, class B>(A a, B b) HWY_ATTR {
+    WithSides(list.groups[g], [&](auto a, auto b, auto in_turn) HWY_ATTR {
       if (is_backward)
-        for (std::size_t i = end; i-- > first;) visit(a, b, list.groups[g], live.rows[i]);
+        for (std::size_t i = end; i-- > first;) visit(a, b, in_turn, list.groups[g], live.rows[i]);
       else
-        for (std::size_t i = first; i < end; ++i) visit(a, b, list.groups[g], live.rows[i]);
+        for (std::size_t i = first; i < end; ++i)
+          visit(a, b, in_turn, list.groups[g], live.rows[i]);
     });
   }
 }

@@ -31,8 +31,8 @@ struct alignas(32) Vector4 {
   }
 };
 
-/// How fast contacts that are solved at once change the velocities of the bodies they push: the
-/// most of all of them in a tick.
+/// How fast contacts, but those of balls, change the velocities of the bodies they push: the most
+/// of all of them in a tick.
 struct ContactRates {
   double stiffness_per_s2 = 0.0, damping_per_s = 0.0;
 };

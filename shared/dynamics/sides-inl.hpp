@@ -41,6 +41,7 @@ HWY_INLINE Column MassShare(Column contacts) {
 /// Sign: +1 for side a, -1 for side b, on which the opposite impulse acts.
 template <int Sign>
 struct BallSide {
+  static constexpr SideKind kKind = SideKind::kBall;
   Column3 velocity, spin;
   Column inverse_mass, contacts;
   MoverChanges changes;
@@ -101,6 +102,7 @@ struct BallSide {
 
 template <int Sign>
 struct RigidBodySide {
+  static constexpr SideKind kKind = SideKind::kRigid;
   BallSide<Sign> motion;  // its spin is the angular velocity
   Column3 arm;
   Column xx, xy, xz, yy, yz, zz;  // inverse inertia
@@ -142,7 +144,7 @@ struct RigidBodySide {
   }
   /// The trace of the inverse mass across the normal bounds its larger eigenvalue.
   HWY_INLINE void Prepare(ContactRow& row, const RowPlace& place, const SideContext& context,
-                          const Column3& normal, Column lever, bool) {
+                          const Column3& normal, Column lever, bool in_turn) {
     const std::int32_t* const index = (Sign > 0 ? place.sphere_a : place.sphere_b) + context.lane;
     const SphereArm* const arms = context.bodies->arms.data();
     Column radius;
@@ -153,7 +155,7 @@ struct RigidBodySide {
     const Column3 moment = Cross(arm, normal);
     const Column along = Dot(moment, Turn(moment));
     const Column trace = Dot(arm, arm) * (xx + yy + zz) - Dot(arm, Turn(arm));
-    const Column share = MassShare(motion.contacts);
+    const Column share = in_turn ? All(1.0F) : MassShare(motion.contacts);
     AddInverseMass(share * (motion.inverse_mass + along),
                    share * (motion.inverse_mass + hn::Max(trace - along, All(0.0F))), row,
                    context.lane);
@@ -162,6 +164,7 @@ struct RigidBodySide {
 
 template <int Sign>
 struct SoftBodySide {
+  static constexpr SideKind kKind = SideKind::kSoft;
   Column3 velocity[4];
   Column inverse_mass[4], weight[4], contacts[4];
   MoverChanges changes[4];
@@ -216,6 +219,7 @@ struct SoftBodySide {
 };
 
 struct PlaneSide {
+  static constexpr SideKind kKind = SideKind::kPlane;
   HWY_INLINE void Clear() {}
   HWY_INLINE void ListChanges() {}
   HWY_INLINE void AddLane(const ContactRow&, const SideContext&, std::size_t) const {}
