@@ -31,8 +31,10 @@ std::string printable(std::string_view text) {
 
 }  // namespace
 
-CommandReader::CommandReader(const std::filesystem::path& file, device::Device& device)
+CommandReader::CommandReader(const std::filesystem::path& file, device::Device& device,
+                             ToolOrders& tool)
     : device_(device),
+      tool_(tool),
       name_(file.string()),
       file_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
   if (file_ < 0)
@@ -94,9 +96,11 @@ void CommandReader::obey(const std::string& line) {
   const std::size_t equals = line.find('=');
   const bool is_order = line.size() <= kLongestLine && equals != std::string::npos && equals > 0 &&
                         line.find('\0') == std::string::npos;
-  const std::string refusal = is_order
-                                  ? device_.command(line.substr(0, equals), line.substr(equals + 1))
-                                  : "expected KEY=VALUE, at most 1024 characters";
+  const auto give = [&](const std::string& key, const std::string& value) {
+    return key.starts_with("tool.") ? tool_.obey(key, value) : device_.command(key, value);
+  };
+  const std::string refusal = is_order ? give(line.substr(0, equals), line.substr(equals + 1))
+                                       : "expected KEY=VALUE, at most 1024 characters";
   if (refusal.empty())
     spdlog::info("command {}", printable(line));
   else

@@ -6,15 +6,17 @@
 #include <thread>
 
 #include "haptic_server/device/device_host.hpp"
+#include "haptic_server/tool_placement.hpp"
 
 namespace stillgrid::haptic_server {
 
-/// Gives a device the orders of a file or named pipe, a line KEY=VALUE each, from a thread of its
-/// own, as they come. What cannot be done is a line for the user; none ends the run.
+/// Gives a device, and the tool where KEY begins with "tool.", the orders of a file or named pipe,
+/// a line KEY=VALUE each, from a thread of its own, as they come. What cannot be done is a line for
+/// the user; none ends the run.
 class CommandReader {
  public:
   /// Opens the file. Throws std::runtime_error, one line, where it cannot be read.
-  CommandReader(const std::filesystem::path& file, device::Device& device);
+  CommandReader(const std::filesystem::path& file, device::Device& device, ToolOrders& tool);
   ~CommandReader();
 
   CommandReader(const CommandReader&) = delete;
@@ -27,6 +29,7 @@ class CommandReader {
   void refuse(const std::string& line, const std::string& why);
 
   device::Device& device_;
+  ToolOrders& tool_;
   std::string name_;
   int file_;
   bool is_file_ = false;     // not a pipe: what stands at its end may be a whole line

@@ -26,10 +26,13 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
 void HapticLoop::place(const proto::DeviceFrame& frame,
                        const safety::DeviceReading& reading) noexcept {
   const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
+  const double scale = orders_ == nullptr ? 1.0 : orders_->scale.load();
+  scale_ = frame.scale * scale;
+  is_held_ = orders_ != nullptr && orders_->holds_tool(reading.buttons);
   if (has_pose_) motion_.moved_m = turn * (reading.position_m - device_m_);
   device_m_ = reading.position_m;
   has_pose_ = true;
-  pose_.position_m = Eigen::Vector3d(frame.position_m.data()) + frame.scale * (turn * device_m_);
+  pose_.position_m = placement_.place(frame, device_m_, is_held_, scale);
   pose_.velocity_m_s = velocity_.update(reading.time_ns, pose_.position_m);
   if (reading.orientation) {
     const Eigen::Quaterniond before = pose_.orientation;
@@ -81,6 +84,7 @@ void HapticLoop::begin_anew() noexcept {
   reading_check_ = safety::DeviceReadingCheck(safety::reading_bounds(device_.descriptor()));
   velocity_ = {};
   angular_velocity_ = {};
+  placement_ = {};
   has_pose_ = has_orientation_ = false;
 }
 
@@ -122,8 +126,8 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
 
 /// Books what was rendered, in the scene's lengths.
 void HapticLoop::account(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
-  const double scale = scene.scene().device.scale;
-  interface_.note(now_ns, {scale * motion_.moved_m, motion_.turned_rad},
+  const Eigen::Vector3d moved_m = (is_held_ ? 0.0 : scale_) * motion_.moved_m;
+  interface_.note(now_ns, {moved_m, motion_.turned_rad},
                   {.epoch = scene.header().epoch,
                    .snapshot_id = rendered_.snapshot_id,
                    .can_move = rendered_.can_move,
@@ -132,7 +136,7 @@ void HapticLoop::account(const publication::SceneView& scene, std::uint64_t now_
                    .rendered = {rendered_.force.force_N, rendered_.force.torque_N_m},
                    .stiffness_N_per_m = rendered_.force.stiffness_N_per_m.trace(),
                    .static_J = rendered_.force.static_J,
-                   .scale = scale});
+                   .scale = scale_});
 }
 
 void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
@@ -168,10 +172,9 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
   const bool is_ready = (flags_ & safety::kDeviceStatusMask) == 0;
   held_before_N_ = held_.force_N;
   held_ = safety_.apply(
-      {.rendered = exerted(
-           turn, {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale}),
-       .stiffness_N_per_m = fixed.device.scale * rendered_.force.stiffness_N_per_m,
-       .snapshot = {.exists = rendered_.snapshot_id != 0 && !is_released_,
+      {.rendered = exerted(turn, {rendered_.force.force_N, rendered_.force.torque_N_m / scale_}),
+       .stiffness_N_per_m = scale_ * rendered_.force.stiffness_N_per_m,
+       .snapshot = {.exists = rendered_.snapshot_id != 0 && !is_released_ && !is_held_,
                     // A stamp of the future would never age.
                     .snapshot_age_s =
                         std::max(rendered_.snapshot_age_s, to_s(now_ns - snapshot_ns_)),
@@ -181,7 +184,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
        .device_believed = believed_,
        .device_ready = is_ready,
        .device_m = device_m_,
-       .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
+       .velocity_m_s = pose_.velocity_m_s / scale_,
        .motion = motion_,
        .given_by_scenes_J = interface_.given_by_scenes_J(),
        .elapsed_s = elapsed_s_,

@@ -15,6 +15,7 @@
 #include "haptic_server/safety/device_reading.hpp"
 #include "haptic_server/safety/interface_account.hpp"
 #include "haptic_server/safety/safety_chain.hpp"
+#include "haptic_server/tool_placement.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
 #include "shared/rendering/renderer.hpp"
@@ -54,6 +55,9 @@ class HapticLoop {
         interface_(1e-9 * static_cast<double>(period_ns)),
         period_ns_(period_ns),
         clock_(clock) {}
+
+  /// From the next tick on the tool obeys these. Pre: they outlive the loop.
+  void obey(const ToolOrders& orders) noexcept { orders_ = &orders; }
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
   /// the figures of the tick before. The tool's path takes the first tick of a millisecond.
@@ -136,6 +140,10 @@ class HapticLoop {
   std::int32_t device_code_ = 0;
   bool has_pose_ = false, has_orientation_ = false, believed_ = false;
   bool is_released_ = false;
+  const ToolOrders* orders_ = nullptr;
+  ToolPlacement placement_;
+  double scale_ = 1.0;        // of the scene's lengths to the device's
+  bool is_held_ = false;      // by the clutch: a force that no motion changes would give energy
   rendering::ToolPose pose_;  // scene frame
   std::uint32_t flags_ = 0, buttons_ = 0;
   std::optional<double> temperature_C_;                 // as the device last told

@@ -91,12 +91,17 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
       ->check(command_line::integer_in(0, 8191));
   app.add_option("--commands", options.commands,
-                 "Give the device, while ticks go on, the orders that come in this file or named "
-                 "pipe, a line KEY=VALUE each: what a driver takes is in its documentation")
+                 "Obey, while ticks go on, the orders that come in this file or named pipe, a line "
+                 "KEY=VALUE each: tool.clutch=on or off, tool.scale=0.5; others go to the driver")
       ->check([](const std::string& file) {
         return file.empty() ? std::string("expected a file") : std::string();
       })
       ->excludes("--lockstep");
+  app.add_option("--clutch-button", options.clutch_button,
+                 "While this button of the device is down the tool stays, without a force, and the "
+                 "device can be moved to a better place; from 0")
+      ->check(command_line::integer_in(0, 31))
+      ->type_name("N");
   app.add_option("--gripper-stiffness", options.safety.gripper_stiffness_N_per_m,
                  "Open a device's gripper by a spring, N/m; default 0: no force on its fingers")
       ->check(command_line::number_in(0.0, 1e6));

@@ -246,11 +246,13 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
       rendering::make_renderer(options.transition.value_or(display::Transition::kLocal)), limits,
       period_ns, options.lockstep ? nullptr : realtime::monotonic_ns,
       options.transition ? nullptr : rendering::make_renderer(display::Transition::kHold));
+  ToolOrders orders{.clutch_button = options.clutch_button};
+  loop->obey(orders);
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};
   std::optional<CommandReader> commands;
-  if (!options.commands.empty()) commands.emplace(options.commands, device);
+  if (!options.commands.empty()) commands.emplace(options.commands, device, orders);
   run_and_release(run);
   require_believed(report);
 }

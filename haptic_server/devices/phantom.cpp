@@ -49,6 +49,7 @@ class PhantomDriver {
     descriptor.flags = STILLGRID_DEVICE_NO_MOTORS |
                        (options_.pace() == Pace::kDevice ? STILLGRID_DEVICE_SETS_PACE : 0U);
     descriptor.max_read_ns = 200'000;
+    descriptor.button_count = kButtons;
     descriptor.dof_sensed = kTranslation | (options_.pivot() ? kRotation : 0U);
     descriptor.dof_actuated = descriptor.dof_sensed;  // the pivot's torque is of the handle's force
     if (set.gripper.open_m > 0.0) {
@@ -127,9 +128,16 @@ class PhantomDriver {
   void command(std::string_view key, std::string_view value) {
     constexpr std::array<std::string_view, 3> kPush = {"push_x_N", "push_y_N", "push_z_N"};
     constexpr double kStrongest_N = 50.0;  // of a hand
+    if (key == "buttons") {
+      const double down = number_option(key, value, Bounds::kNotNegative);
+      if (down != std::floor(down) || down >= std::exp2(kButtons))
+        refuse_option(key, value, "0 to 3: a bit for each button that is down");
+      buttons_ = static_cast<std::uint32_t>(down);
+      return;
+    }
     const auto axis = std::find(kPush.begin(), kPush.end(), key);
     if (axis == kPush.end() && key != "grip_N")
-      refuse_option(key, value, "a known key: push_x_N, push_y_N, push_z_N, grip_N");
+      refuse_option(key, value, "a known key: push_x_N, push_y_N, push_z_N, grip_N, buttons");
     const double force_N = number_option(key, value, Bounds::kFinite);
     if (!(std::abs(force_N) <= kStrongest_N) || (key == "grip_N" && force_N < 0.0))
       refuse_option(key, value, key == "grip_N" ? "0 to 50" : "-50 to 50");
@@ -181,7 +189,8 @@ class PhantomDriver {
 
   void sample(std::uint64_t now_ns, bool is_stopped, stillgrid_device_state& state) noexcept {
     catch_up(now_ns, is_stopped);
-    state.valid = STILLGRID_STATE_POSITION;
+    state.valid = STILLGRID_STATE_POSITION | STILLGRID_STATE_BUTTONS;
+    state.buttons = buttons_;
     state.time_ns = now_ns;
     state.sequence = ++sequence_;
     const Eigen::Vector3d position_m = read_encoders(model_);
@@ -232,6 +241,8 @@ class PhantomDriver {
   std::atomic<bool> is_stopped_ = false;
   std::array<std::atomic<double>, 3> push_N_ = {};
   std::atomic<double> grip_N_ = 0.0, gripper_force_N_ = 0.0;
+  static constexpr std::uint32_t kButtons = 2;  // of a Touch's stylus
+  std::atomic<std::uint32_t> buttons_ = 0;
   Mailbox<stillgrid_device_state> sampled_;
   Mailbox<Wrench> commanded_;
   PhantomServo servo_;  // last: ended before what it uses is gone

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -21,7 +22,8 @@ struct LoopRun {
 
 /// The whole loop against a scene that stands still.
 LoopRun run_loop(const publication::StaticScene& fixed, const std::string& device_spec, int ticks,
-                 const safety::SafetyOptions& limits = {}) {
+                 const safety::SafetyOptions& limits = {},
+                 const std::function<void(int, ToolOrders&)>& orders_at = {}) {
   rendering::PublishedScene scene(fixed, {}, rendering::kMillisecond_ns);
   device::Device device(device::parse_device_spec(STILLGRID_PLUGIN_DIR "/" + device_spec),
                         {.period_ns = rendering::kMillisecond_ns, .is_virtual = true});
@@ -31,7 +33,10 @@ LoopRun run_loop(const publication::StaticScene& fixed, const std::string& devic
   HapticLoop loop(device, tool, rendering::make_renderer(display::Transition::kHold),
                   safety::safety_limits(limits, device.descriptor()), rendering::kMillisecond_ns);
   LoopRun run;
+  ToolOrders orders;
+  loop.obey(orders);
   for (int tick = 0; tick < ticks; ++tick) {
+    if (orders_at) orders_at(tick, orders);
     const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * rendering::kMillisecond_ns;
     scene.show({}, now_ns);
     REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
@@ -165,6 +170,63 @@ TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loo
   REQUIRE(damped_ticks(run) > 0);
   CHECK(run.report.force_max_N <= 40.0 * (1.0 + 1e-12));
   CHECK(run.report.flags[9] > 0);  // clamped
+}
+
+/// A device at 5 mm in the wall, from 0.4 to 0.6 s on its way to 20 mm outside, then 2 mm farther.
+devices::RecordingFile in_and_out() {
+  return devices::RecordingFile(
+      "t_s,x_m,y_m,z_m\n0,0,0,0.01\n0.1,0,0,-0.005\n0.4,0,0,-0.005\n0.6,0,0,0.02\n"
+      "0.8,0,0,0.02\n0.9,0,0,0.022\n2,0,0,0.022\n");
+}
+
+/// After the first touch, where the damper sets in.
+double largest_step_N(const LoopRun& run) {
+  double largest = 0.0;
+  for (std::size_t i = 200; i < run.rows.size(); ++i)
+    largest = std::max(largest, (run.rows[i].force_N - run.rows[i - 1].force_N).norm());
+  return largest;
+}
+
+TEST_CASE("A clutch holds the tool without a force, and the tool goes on from there",
+          "[haptic_loop]") {
+  const devices::RecordingFile file = in_and_out();
+  const LoopRun run = run_loop(wall_scene(500.0F), "replay.so:file=" + file.path(), 1500, {},
+                               [](int tick, ToolOrders& orders) {
+                                 if (tick == 300) CHECK(orders.obey("tool.clutch", "on").empty());
+                                 if (tick == 700) CHECK(orders.obey("tool.clutch", "off").empty());
+                               });
+  CHECK(run.rows[299].force_N.z() == Approx(2.5).epsilon(0.01));
+  for (std::size_t i = 300; i < 700; ++i) CHECK(run.rows[i].position_m == run.rows[299].position_m);
+  for (std::size_t i = 400; i < 700; ++i) CHECK(run.rows[i].force_N.isZero(0.0));
+  CHECK(run.rows.back().position_m.z() == Approx(-0.003).margin(1e-5));  // 2 mm, not 27
+  CHECK(run.rows.back().force_N.z() == Approx(1.5).epsilon(0.01));
+  CHECK(largest_step_N(run) < 0.1);
+  CHECK(run.report.energy.given_J <= 1e-3);
+}
+
+TEST_CASE("The scale changes without a jump", "[haptic_loop]") {
+  const devices::RecordingFile file = in_and_out();
+  const LoopRun run = run_loop(wall_scene(500.0F), "replay.so:file=" + file.path(), 1500, {},
+                               [](int tick, ToolOrders& orders) {
+                                 if (tick == 300) CHECK(orders.obey("tool.scale", "0.1").empty());
+                               });
+  CHECK(run.rows[300].position_m == run.rows[299].position_m);
+  CHECK(run.rows.back().position_m.z() == Approx(-0.005 + 0.1 * 0.027).margin(1e-5));
+  CHECK(run.rows.back().force_N.z() == Approx(500.0 * (0.005 - 0.0027)).epsilon(0.01));
+  CHECK(largest_step_N(run) < 0.1);
+}
+
+TEST_CASE("A button is a clutch, and orders that make no sense are refused", "[haptic_loop]") {
+  ToolOrders orders{.clutch_button = 1};
+  CHECK(orders.holds_tool(2));
+  CHECK_FALSE(orders.holds_tool(1));
+  CHECK_FALSE(ToolOrders().holds_tool(~0U));
+  CHECK(orders.obey("tool.clutch", "yes") == "value 'yes': expected on or off");
+  CHECK(orders.obey("tool.scale", "0") == "value '0': expected a number from 0.001 to 1000");
+  CHECK(orders.obey("tool.scale", "nan") == "value 'nan': expected a number from 0.001 to 1000");
+  CHECK(orders.obey("tool.colour", "red") == "expected a known key: tool.clutch, tool.scale");
+  CHECK(orders.scale == 1.0);
+  CHECK_FALSE(orders.clutch);
 }
 
 TEST_CASE("Energy is of the device's own motion where the scene is shown larger", "[haptic_loop]") {

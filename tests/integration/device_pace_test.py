@@ -69,7 +69,8 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertEqual(paces[0], paces[1])
 
     def test_orders_reach_an_active_device_and_refusals_are_lines(self):
-        orders = self.write("orders", "push_z_N=-1.5\nno such order=1\nnonsense\npush_x_N=much\npush_y_N=1e308\ngrip_N=-1\n")
+        orders = self.write("orders", "push_z_N=-1.5\nno such order=1\nnonsense\npush_x_N=much\npush_y_N=1e308\ngrip_N=-1\n"
+                            "buttons=4\ntool.clutch=yes\ntool.scale=0.5\n")
         _, _, lines = self.run_in_real_time("phantom:path=still,hand=light", "--commands", orders)
         text = "\n".join(lines)
         self.assertIn("command push_z_N=-1.5", text)
@@ -78,7 +79,10 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertIn("command 'push_x_N=much': push_x_N: value 'much': expected a finite number", text)
         self.assertIn("push_y_N: value '1e308': expected -50 to 50", text)
         self.assertIn("grip_N: value '-1': expected 0 to 50", text)
-        self.assertEqual(len([line for line in lines if ": command " in line]), 6, lines)
+        self.assertIn("command 'buttons=4': buttons: value '4': expected 0 to 3", text)
+        self.assertIn("command 'tool.clutch=yes': value 'yes': expected on or off", text)
+        self.assertIn("command tool.scale=0.5", text)
+        self.assertEqual(len([line for line in lines if ": command " in line]), 9, lines)
 
     def test_the_last_order_of_a_file_needs_no_end_of_line_and_a_flood_is_summed(self):
         orders = self.write("orders", "nonsense\n" * 1000 + "push_z_N=-1.5")
