@@ -25,6 +25,7 @@
 #include "sim_server/available_memory.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/contact/start_warnings.hpp"
+#include "sim_server/contact_log.hpp"
 #include "sim_server/dynamics/choice/counted_work.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/workers/workers.hpp"
@@ -42,7 +43,7 @@ namespace stillgrid::sim_server {
 namespace {
 
 struct Arguments {
-  std::filesystem::path scene, report, final_state, surfaces;
+  std::filesystem::path scene, report, final_state, contacts, surfaces;
   std::optional<double> rate_hz;
   std::string group;
   bool lockstep = false, offline = false, explain = false, check = false, tries = false;
@@ -114,6 +115,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* report = app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   auto* final_state = app.add_option("--final-state", arguments.final_state,
                                      "Write nodes and bodies (CSV) at exit");
+  auto* contacts = app.add_option("--contacts", arguments.contacts,
+                                  "Write the forces between bodies after each step (CSV); no body "
+                                  "sleeps then");
   auto* group =
       app.add_option("--group", arguments.group,
                      "Let this group of users read the session too; default: only its owner")
@@ -129,7 +133,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->check(command_line::integer_in(1, 1024))
           ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
-  for (auto* of_run : {session, duration, seed, report, final_state, group, cpu, threads})
+  for (auto* of_run : {session, duration, seed, report, final_state, contacts, group, cpu, threads})
     of_run->excludes(explain)->excludes(surfaces)->excludes(check)->excludes(tries);
   explain->excludes(check)->excludes(tries);
   tries->excludes(check)->excludes(surfaces)->excludes(rate);
@@ -242,7 +246,8 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 /// scene or twice. What is no file, such as /dev/null, may be named twice.
 void require_outputs(const Arguments& arguments) {
   std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
-  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces}) {
+  for (const auto& file :
+       {arguments.report, arguments.final_state, arguments.contacts, arguments.surfaces}) {
     if (file.empty()) continue;
     const std::filesystem::path path = std::filesystem::weakly_canonical(file);
     const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
@@ -301,6 +306,7 @@ int run(Arguments& arguments) {
   scene::SceneDescription scene = scene::load_scene(arguments.scene);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
+  if (!arguments.contacts.empty()) scene.sleeping = false;
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
@@ -341,6 +347,13 @@ int run(Arguments& arguments) {
     report.hands.emplace_back().name = hand.name;
   report.solver = scene::describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
+  std::optional<ContactLog> contacts;
+  if (!arguments.contacts.empty()) {
+    std::vector<std::string> hands;
+    for (const HandReport& hand : report.hands) hands.push_back(hand.name);
+    contacts.emplace(arguments.contacts, hands);
+    arguments.server.after_step = [&] { contacts->add(simulation); };
+  }
   simulation.watch_energy();
   if (!arguments.report.empty()) simulation.account_energy();
   int status = realtime::kDone;
@@ -359,6 +372,7 @@ int run(Arguments& arguments) {
     status = fail(std::runtime_error("out of memory"), realtime::kCouldNotStart);
     report.ended_by = "out of memory";
   }
+  if (contacts) contacts->finish();
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
   if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);

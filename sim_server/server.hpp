@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <random>
 #include <string>
@@ -31,6 +32,7 @@ struct ServerOptions {
   std::optional<int> cpu;
   int threads = 0;  // that share the work of a large scene; 0: as many as there is room
   std::optional<gid_t> readers;  // a group that may read the scene's segment
+  std::function<void()> after_step = [] {};
 };
 
 /// Runs a scene until its duration is over or stop is set, and counts what happened in report.

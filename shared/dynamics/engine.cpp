@@ -180,6 +180,7 @@ void Engine::substep(double h) {
   finish_rows(rows, step, live_);
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();
+  substep_s_ = h;
   if (counts_losses_) meter_.finish(state_, rows, bodies_, live_, h);
   FieldContacts::finish(listing_);
   if (!driven_.empty()) note_reactions(h);

@@ -42,6 +42,15 @@ struct DrivenPose {
   bool is_here = true;                                     // false: it is away and never touches
 };
 
+/// The mean force of all contacts of two bodies over a substep. Frame: the world's.
+struct ContactForce {
+  int body_a = 0, body_b = 0;  // numbers of bodies, as Description::Sphere::body; a < b
+  int contacts = 0;
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();     // on body a
+  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();  // on body a, about the centre
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();    // of pressure
+};
+
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.
 ///
 /// Small steps divide a tick into substeps. A substep is one step of position Verlet.
@@ -99,6 +108,9 @@ class Engine {
   [[nodiscard]] const SolveFigures& solve() const noexcept { return solve_; }
   /// Contacts that pushed in the last substep.
   [[nodiscard]] int touching() const;
+  /// Writes the forces between bodies in the last substep, sorted by their numbers, of the contacts
+  /// that pushed. Those of bodies that sleep, and of driven bodies with fixtures, are not listed.
+  void list_contact_forces(std::vector<ContactForce>& forces) const;
   /// Returns the energy of the springs of contacts and of friction at the current positions, J.
   /// Before the first tick it lists contacts, which allocates.
   [[nodiscard]] double contact_energy_J() const;
@@ -233,8 +245,9 @@ class Engine {
   collision::SmoothCover cover_;
   std::vector<float> ways_m_;  // spheres in a tick, as ContactListing::order()
   double smallest_length_m_ = 0.0;
-  int substeps_ = 1;      // last tick
-  bool is_stale_ = true;  // contacts must be listed before the next tick
+  int substeps_ = 1;            // last tick
+  double substep_s_ = kTick_s;  // the last one
+  bool is_stale_ = true;        // contacts must be listed before the next tick
   LossMeter meter_;
   bool counts_losses_ = false;
   SpectrumBound spring_bound_;

@@ -74,6 +74,7 @@ void Engine::coupled_part(double h, int halvings) {
   solve_.passes += stays_out ? 0 : 1;
   note_coupled_reactions();
   if (counts_losses_) meter_.add(coupled_->losses());
+  substep_s_ = h;
   coupled_->finish(state_, listing_, bodies_.places);
   finish_proxies();
 }

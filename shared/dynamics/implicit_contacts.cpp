@@ -185,8 +185,10 @@ void ImplicitContacts::write(RowList& rows) const {
     ContactRow& row = rows.rows[touch.row];
     RowPlace& place = rows.places[touch.row];
     row.push_impulse_N_s[touch.lane] = static_cast<float>(touch.push_impulse_N_s);
+    const Eigen::Vector3d direction = line_of(touch).direction;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
+      row.normal[k][touch.lane] = static_cast<float>(direction[axis]);
       row.friction_impulse_N_s[k][touch.lane] =
           static_cast<float>(touch.friction_impulse_N_s[axis] + 0.0);
       place.stretch_m[k][touch.lane] =

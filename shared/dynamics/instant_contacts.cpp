@@ -66,8 +66,8 @@ void ImplicitContacts::evaluate_instant(Touch& touch, Coupling& coupling,
     drag_N *= limit_N / size_N;
     if (holds && k > 0.0) stretches_m_s = (drag_N - k * stretch) / c_along;
   }
-  touch.push_impulse_N_s = push_N;
-  touch.friction_impulse_N_s = -drag_N;
+  touch.push_impulse_N_s = poses.step_s() * push_N;
+  touch.friction_impulse_N_s = -poses.step_s() * drag_N;
   if (holds) touch.stretch_after_m = stretch;
   coupling.impulse_N_s = push_N * line.normal - drag_N;
   const auto spin_rad_s = [&](const ActedPoint& point) {

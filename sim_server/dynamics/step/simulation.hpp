@@ -111,6 +111,11 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
+  /// See Engine::list_contact_forces(). Bodies of the world come first, then the hands' tools.
+  void list_contact_forces(std::vector<ContactForce>& forces) const {
+    ticked_.engine().list_contact_forces(forces);
+  }
+
   [[nodiscard]] std::size_t hands() const noexcept { return tools_.size(); }
   /// Whether steps can be ticks of 1 ms that another process takes too.
   [[nodiscard]] bool has_ticks() const noexcept;

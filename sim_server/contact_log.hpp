@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "sim_server/dynamics/step/simulation.hpp"
+
+namespace stillgrid::sim_server {
+
+/// Writes the forces between bodies as CSV, a row for each two bodies that touch at the end of a
+/// step. docs/formats.md describes the columns.
+class ContactLog {
+ public:
+  /// hands: their names; the only hand has none. Throws std::runtime_error, one line, where the
+  /// file cannot be made.
+  ContactLog(const std::filesystem::path& file, const std::vector<std::string>& hands);
+
+  void add(const dynamics::Simulation& simulation);
+  /// Throws std::runtime_error, one line, where something could not be written.
+  void finish();
+
+ private:
+  std::filesystem::path file_;
+  std::vector<std::string> hands_;
+  std::ofstream out_;
+  std::vector<dynamics::ContactForce> forces_;  // scratch
+};
+
+}  // namespace stillgrid::sim_server
