@@ -10,9 +10,9 @@
 
 namespace stillgrid::haptic_server {
 
-/// Gives a device, and the tool where KEY begins with "tool.", the orders of a file or named pipe,
-/// a line KEY=VALUE each, from a thread of its own, as they come. What cannot be done is a line for
-/// the user; none ends the run.
+/// Reads orders from a file or named pipe as they come, KEY=VALUE a line, in a thread of its own.
+/// Orders "tool.KEY" go to the tool, all others to the device. An order that is refused is a line
+/// for the user, and the run goes on.
 class CommandReader {
  public:
   /// Opens the file. Throws std::runtime_error, one line, where it cannot be read.

@@ -56,7 +56,7 @@ class HapticLoop {
         period_ns_(period_ns),
         clock_(clock) {}
 
-  /// From the next tick on the tool obeys these. Pre: they outlive the loop.
+  /// Makes the tool obey orders from the next tick on. Pre: they outlive the loop.
   void obey(const ToolOrders& orders) noexcept { orders_ = &orders; }
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
@@ -142,8 +142,8 @@ class HapticLoop {
   bool is_released_ = false;
   const ToolOrders* orders_ = nullptr;
   ToolPlacement placement_;
-  double scale_ = 1.0;        // of the scene's lengths to the device's
-  bool is_held_ = false;      // by the clutch: a force that no motion changes would give energy
+  double scale_ = 1.0;        // scene's lengths to the device's
+  bool is_held_ = false;      // a force that no motion changes would give energy
   rendering::ToolPose pose_;  // scene frame
   std::uint32_t flags_ = 0, buttons_ = 0;
   std::optional<double> temperature_C_;                 // as the device last told

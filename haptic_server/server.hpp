@@ -29,8 +29,8 @@ struct HapticOptions {
   std::filesystem::path record;  // empty: none
   std::string version;           // of the program, for the recording
   std::optional<int> cpu;
-  std::filesystem::path commands;  // orders while ticks go on; empty: none
-  int clutch_button = -1;          // -1: none
+  std::filesystem::path commands;  // orders while ticks go on; may be empty
+  int clutch_button = -1;          // -1: no clutch
   std::uint64_t reopenings = 0;    // tries in the run to open a device again that was lost
   std::optional<gid_t> readers;    // a group that may read the tool's segment
   // The ticks are over and recorded, the motors off; the device is yet to be closed. Thread: the

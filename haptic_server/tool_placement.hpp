@@ -10,9 +10,9 @@
 
 namespace stillgrid::haptic_server {
 
-/// What a user asks of the tool while ticks go on. Thread: any.
+/// The user's orders to the tool while ticks go on. Thread: any.
 struct ToolOrders {
-  int clutch_button = -1;  // of the device, from 0; -1: none; set before the first tick
+  int clutch_button = -1;  // number on the device, from 0; -1: no clutch
   std::atomic<bool> clutch = false;
   std::atomic<double> scale = 1.0;  // that the scene's is multiplied by
 
@@ -24,7 +24,7 @@ struct ToolOrders {
   }
 };
 
-/// Where the tool is in the scene. A clutch holds it while the device is moved to another place. It
+/// Places the tool in the scene. A clutch holds it while the device is moved to another place. It
 /// goes on from where it is when the clutch is let go, and when the scale changes.
 ///
 /// Thread: one. Realtime: yes.

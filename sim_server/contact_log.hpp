@@ -9,14 +9,14 @@
 
 namespace stillgrid::sim_server {
 
-/// Writes the forces between bodies as CSV, a row for each two bodies that touch at the end of a
-/// step. docs/formats.md describes the columns.
+/// Writes the forces between bodies to a CSV file, of which docs/formats.md describes the columns.
 class ContactLog {
  public:
-  /// hands: their names; the only hand has none. Throws std::runtime_error, one line, where the
+  /// hands: names of all hands, of an only hand "". Throws std::runtime_error, one line, where the
   /// file cannot be made.
   ContactLog(const std::filesystem::path& file, const std::vector<std::string>& hands);
 
+  /// Adds a row for each two bodies that touch at the end of the last step.
   void add(const dynamics::Simulation& simulation);
   /// Throws std::runtime_error, one line, where something could not be written.
   void finish();

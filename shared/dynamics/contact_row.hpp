@@ -106,7 +106,7 @@ struct RowGroup {
   /// energy in a bounce. One of contacts solved at once leaves up to 0.4 of their error.
   [[nodiscard]] int iterations() const { return is_of_balls(a, b) ? 2 : is_in_turn != 0 ? 8 : 6; }
 };
-inline constexpr int kMostIterations = 8;
+inline constexpr int kMaxIterations = 8;
 
 /// The listed contacts, in the order in which they are solved.
 struct RowList {

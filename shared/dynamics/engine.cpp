@@ -176,7 +176,7 @@ void Engine::substep(double h) {
   kick(h, falls);
   kick_balls(balls_, state_, bodies_, falls);
   warm_start_rows(rows, bodies_, live_);
-  for (int k = 0; k < kMostIterations; ++k) solve_rows(rows, bodies_, live_, k);
+  for (int k = 0; k < kMaxIterations; ++k) solve_rows(rows, bodies_, live_, k);
   finish_rows(rows, step, live_);
   finish_balls(balls_, state_, bodies_, h, falls);
   apply_impulses();

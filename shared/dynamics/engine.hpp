@@ -47,8 +47,8 @@ struct ContactForce {
   int body_a = 0, body_b = 0;  // numbers of bodies, as Description::Sphere::body; a < b
   int contacts = 0;
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();     // on body a
-  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();  // on body a, about the centre
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();    // of pressure
+  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();  // on body a, about centre_m
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();    // centre of pressure
 };
 
 /// Simulates a scene tick by tick: nodes on springs, rigid bodies and their contacts.

@@ -23,9 +23,8 @@ class FieldContacts {
   /// Whether no field leaves its reach within a tick.
   [[nodiscard]] bool stay_within(const ContactListing& listing, const SceneState& state,
                                  double tick_s) const;
-  /// Returns the longest path of a sphere in a tick relative to a field that it may meet, or least
-  /// if none is longer. The unit is the length of the sphere or the cell of the field, whichever is
-  /// shorter.
+  /// Returns the longest path of a sphere in a tick relative to a field that it may meet, at least
+  /// `least`. The unit is the length of the sphere or the cell of the field, whichever is shorter.
   [[nodiscard]] double most_lengths(const ContactListing& listing, const SceneState& state,
                                     double tick_s, double least) const;
   /// Makes room for the contacts of a new listing.
