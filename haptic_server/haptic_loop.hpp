@@ -142,6 +142,7 @@ class HapticLoop {
   bool is_released_ = false;
   const ToolOrders* orders_ = nullptr;
   ToolPlacement placement_;
+  double tool_scale_ = 1.0;   // ordered factor of it
   double scale_ = 1.0;        // scene's lengths to the device's
   bool is_held_ = false;      // a force that no motion changes would give energy
   rendering::ToolPose pose_;  // scene frame

@@ -14,7 +14,7 @@ std::string ToolOrders::obey(std::string_view key, const std::string& value) {
   }
   if (key != "tool.scale") return "expected a known key: tool.clutch, tool.scale";
   std::string text = value;
-  const std::string refusal = command_line::number_in(1e-3, 1e3)(text);
+  const std::string refusal = command_line::number_in(0.01, 100.0)(text);
   if (refusal.empty()) scale = std::stod(value);
   return refusal;
 }

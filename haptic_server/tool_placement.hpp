@@ -14,7 +14,7 @@ namespace stillgrid::haptic_server {
 struct ToolOrders {
   int clutch_button = -1;  // number on the device, from 0; -1: no clutch
   std::atomic<bool> clutch = false;
-  std::atomic<double> scale = 1.0;  // that the scene's is multiplied by
+  std::atomic<double> scale = 1.0;  // that the scene's is multiplied by, once no force is felt
 
   /// Obeys `tool.clutch=on|off` and `tool.scale=NUMBER`. Returns a refusal, or "".
   [[nodiscard]] std::string obey(std::string_view key, const std::string& value);

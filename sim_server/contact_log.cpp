@@ -17,7 +17,7 @@ void ContactLog::add(const dynamics::Simulation& simulation) {
     const auto k = static_cast<std::size_t>(body);
     if (k < world.bodies.size()) return world.bodies[k].name;
     const std::string& hand = hands_[k - world.bodies.size()];
-    return hand.empty() ? std::string("tool") : "tool of " + hand;
+    return hand.empty() ? std::string("(tool)") : "(tool of " + hand + ")";
   };
   simulation.list_contact_forces(forces_);
   for (const dynamics::ContactForce& pair : forces_) {

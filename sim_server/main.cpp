@@ -117,7 +117,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                      "Write nodes and bodies (CSV) at exit");
   auto* contacts = app.add_option("--contacts", arguments.contacts,
                                   "Write the forces between bodies after each step (CSV); no body "
-                                  "sleeps then");
+                                  "sleeps then")
+                       ->check([](const std::string& file) {
+                         return file.empty() ? std::string("expected a file") : std::string();
+                       });
   auto* group =
       app.add_option("--group", arguments.group,
                      "Let this group of users read the session too; default: only its owner")
@@ -245,11 +248,13 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 /// Throws std::runtime_error unless every output can be written, and no file is written over the
 /// scene or twice. What is no file, such as /dev/null, may be named twice.
 void require_outputs(const Arguments& arguments) {
-  std::vector<std::filesystem::path> taken{std::filesystem::weakly_canonical(arguments.scene)};
+  std::vector<std::filesystem::path> taken{
+      std::filesystem::weakly_canonical(std::filesystem::absolute(arguments.scene))};
   for (const auto& file :
        {arguments.report, arguments.final_state, arguments.contacts, arguments.surfaces}) {
     if (file.empty()) continue;
-    const std::filesystem::path path = std::filesystem::weakly_canonical(file);
+    const std::filesystem::path path =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(file));
     const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
     if (is_file && std::find(taken.begin(), taken.end(), path) != taken.end())
       throw std::runtime_error(file.string() +
@@ -372,10 +377,10 @@ int run(Arguments& arguments) {
     status = fail(std::runtime_error("out of memory"), realtime::kCouldNotStart);
     report.ended_by = "out of memory";
   }
-  if (contacts) contacts->finish();
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
   if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
+  if (contacts) contacts->finish();
   if (!report.ended_by.empty()) return status;
   for (const std::string& complaint :
        {convergence_complaint(report, scene.method), lateness_complaint(report)})

@@ -122,6 +122,7 @@ struct ContactBodies {
   std::vector<Mover> movers;          // nodes, then rigid bodies, then one that never moves
   std::vector<Mover> changes;         // sums over contacts that are solved at once, as movers
   std::vector<std::int32_t> changed;  // movers of such contacts that may push within the substep
+  std::vector<std::int32_t> in_turn;  // counts of contacts solved in turn but of balls, as movers
   std::vector<InverseInertia> inverse_inertias;  // stored as movers; zero for balls
   std::vector<SpherePlace> places;
   std::vector<SphereArm> arms;

@@ -38,20 +38,55 @@ HWY_INLINE void CountContacts(const RowList& list, ContactBodies& bodies, const 
   }
 }
 
-/// The mean depth and the mean rate of a substep change by h / 4 and 1 / 2 of the velocity. scale:
-/// contacts that are solved in turn may change it twice as much as those solved at once.
-HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, float scale, std::size_t i,
+/// The mean depth and the mean rate of a substep change by h / 4 and 1 / 2 of the velocity.
+HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, std::size_t i,
                           ContactRates& rates) {
   const auto largest = [](Column values) {
     return static_cast<double>(hn::GetLane(hn::MaxOfLanes(Floats(), values)));
   };
   // Else the neighbours in a vector would decide whether a lane counts.
   const auto is_solved = hn::Ne(Get(row.depth_m, i), All(kApart_m));
-  const Column mass = hn::IfThenElseZero(is_solved, All(scale) * Get(row.normal_mass_per_kg, i));
+  const Column mass = hn::IfThenElseZero(is_solved, Get(row.normal_mass_per_kg, i));
   rates.stiffness_per_s2 = std::max(rates.stiffness_per_s2,
                                     largest(All(0.25F) * mass * Get(place.stiffness_N_per_m, i)));
   rates.damping_per_s =
       std::max(rates.damping_per_s, largest(All(0.5F) * mass * Get(place.damping_N_s_per_m, i)));
+}
+
+/// The same of contacts that are solved in turn. Springs of a body act together: a quarter of their
+/// number counts, or stacks of stiff boxes gain energy. Dampers lose it, and half of their rate
+/// counts.
+HWY_INLINE void NoteRatesInTurn(RowList& list, ContactBodies& bodies, LiveRows& live) {
+  const auto each_lane = [&](const auto& visit) {
+    const auto takes = [](const RowGroup& group) {
+      return group.is_in_turn != 0 && !is_of_balls(group.a, group.b);
+    };
+    EachLiveRow(list, live, false, takes, [&](auto, auto, auto, const RowGroup&, std::size_t row) {
+      const ContactRow& contacts = list.rows[row];
+      for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+        if (contacts.depth_m[lane] != kApart_m)
+          visit(contacts, list.places[row], lane, static_cast<std::size_t>(contacts.mover_a[lane]),
+                static_cast<std::size_t>(contacts.mover_b[lane]));
+    });
+  };
+  std::vector<std::int32_t>& count = bodies.in_turn;
+  each_lane(
+      [&](auto&, auto&, std::size_t, std::size_t a, std::size_t b) { count[a] = count[b] = 0; });
+  each_lane(
+      [&](auto&, auto&, std::size_t, std::size_t a, std::size_t b) { ++count[a], ++count[b]; });
+  each_lane([&](const ContactRow& row, const RowPlace& place, std::size_t lane, std::size_t a,
+                std::size_t b) {
+    const double of_a = double{bodies.movers[a].inverse_mass_per_kg},
+                 of_b = double{bodies.movers[b].inverse_mass_per_kg};
+    const double together = 0.25 * (of_a * count[a] + of_b * count[b]) / (of_a + of_b);
+    const double mass = double{row.normal_mass_per_kg[lane]};
+    if (!(mass > 0.0)) return;  // two driven bodies
+    live.rates.stiffness_per_s2 =
+        std::max(live.rates.stiffness_per_s2,
+                 0.25 * std::max(1.0, together) * mass * double{place.stiffness_N_per_m[lane]});
+    live.rates.damping_per_s =
+        std::max(live.rates.damping_per_s, 0.25 * mass * double{place.damping_N_s_per_m[lane]});
+  });
 }
 
 template <class A, class B, bool InTurn>
@@ -210,13 +245,12 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
               [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>,
                                                  const RowGroup& group, std::size_t row)
                   HWY_ATTR { PrepareRow<A, B, InTurn>(list, bodies, group, row, substep_s); });
-  const auto is_other = [](const RowGroup& group) { return !is_of_balls(group.a, group.b); };
-  EachLiveRow(list, live, false, is_other,
-              [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>, const RowGroup&,
-                                                 std::size_t row) HWY_ATTR {
+  EachLiveRow(list, live, false, is_at_once,
+              [&](auto, auto, auto, const RowGroup&, std::size_t row) HWY_ATTR {
                 for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
-                  NoteRates(list.rows[row], list.places[row], InTurn ? 0.5F : 1.0F, i, live.rates);
+                  NoteRates(list.rows[row], list.places[row], i, live.rates);
               });
+  NoteRatesInTurn(list, bodies, live);
 }
 
 void WarmStartRows(RowList& list, ContactBodies& bodies, const LiveRows& live) {

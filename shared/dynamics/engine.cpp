@@ -76,6 +76,7 @@ Engine::Engine(Description description, SceneState state, EngineMethod method)
   if (method.make != nullptr) coupled_ = method.make(description_, method.tolerance_m_s);
   bodies_.movers.resize(movers);
   bodies_.changes.resize(movers);
+  bodies_.in_turn.resize(movers);
   bodies_.changed.reserve(movers);
   bodies_.inverse_inertias.resize(movers);
   bodies_.places.resize(description_.spheres.size());

@@ -82,20 +82,62 @@ class ContactLogTest(daemons.SessionTest):
         path = self.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0.02\n1,0,0,-0.001\n2,0,0,-0.001\n")
         self.run_lockstep(scene, f"replay:file={path}", 2.0, sim=("--contacts", log))
         pairs = rows_of(log)
-        pressed_N = pairs["upper", "tool"]["fz_N"]
+        pressed_N = pairs["upper", "(tool)"]["fz_N"]
         self.assertLess(pressed_N, -1.0)
         self.assertAlmostEqual(pairs["lower", "upper"]["fz_N"], pressed_N - 0.1 * GRAVITY, delta=0.02 * abs(pressed_N))
         self.assertAlmostEqual(pairs["floor", "lower"]["fz_N"], pressed_N - 0.3 * GRAVITY, delta=0.02 * abs(pressed_N))
 
-    def test_a_file_that_cannot_be_written_is_a_line(self):
-        scene = self.write("s.toml", SCENE.format(method="", **BOX))
-        for log in (self.folder, scene, "/nowhere/contacts.csv"):
+    def test_a_file_that_cannot_be_written_is_a_line_and_loses_no_other(self):
+        scene, state = self.write("s.toml", SCENE.format(method="", **BOX)), self.folder / "state.csv"
+        for log in (self.folder, scene, "/nowhere/contacts.csv", "", "/dev/full"):
             with self.subTest(log=log):
                 ended = subprocess.run([BUILD / "bin" / "sim_server", "--scene", scene, "--offline", "--duration", "1",
-                                        "--contacts", log], capture_output=True, text=True)
+                                        "--contacts", log, "--final-state", state], capture_output=True, text=True)
                 self.assertEqual(ended.returncode, BAD_INPUT, ended.stderr)
                 self.assertEqual(len(ended.stderr.splitlines()), 1, ended.stderr)
+                self.assertEqual(state.exists(), log == "/dev/full")
         self.assertIn("[[body]]", scene.read_text())
+
+    def test_two_outputs_in_one_file_are_refused(self):
+        scene = self.write("s.toml", SCENE.format(method="", **BOX))
+        ended = subprocess.run([BUILD / "bin" / "sim_server", "--scene", scene, "--offline", "--duration", "1",
+                                "--contacts", "x.csv", "--final-state", "./x.csv"], capture_output=True, text=True,
+                               cwd=self.folder)
+        self.assertEqual(ended.returncode, BAD_INPUT, ended.stderr)
+
+
+STACKS = """format = 2
+[simulation]
+rate_hz = 1000.0
+integrator = "velocity_verlet"
+[[material]]
+name = "stiff"
+contact_stiffness_N_per_m = 100000.0
+contact_damping_N_s_per_m = 0.0
+friction = 0.3
+[[body]]
+name = "floor"
+kind = "plane"
+point_m = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+material = "stiff"
+""" + "".join(f"""[[body]]
+name = "box {column} {row}"
+kind = "rigid_box"
+size_m = [0.04, 0.04, 0.04]
+position_m = [{0.05 * column}, 0.0, {0.02 + 0.04 * row}]
+mass_kg = 0.1
+material = "stiff"
+""" for column in range(4) for row in range(4))
+
+
+class StacksTest(daemons.SessionTest):
+    def test_stacks_of_stiff_boxes_without_dampers_gain_no_energy(self):
+        scene, report = self.write("stacks.toml", STACKS), self.folder / "report.json"
+        ended = subprocess.run([BUILD / "bin" / "sim_server", "--scene", scene, "--offline", "--duration", "0.5",
+                                "--report", report], capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertGreater(daemons.read_report(report)["energy"]["numerical_J"], -1e-5)
 
 
 if __name__ == "__main__":
