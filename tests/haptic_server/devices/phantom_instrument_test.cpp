@@ -151,7 +151,8 @@ TEST_CASE("The shaft passes through the pivot in every reading, and turns withou
   Vector3d handle_before_m = Vector3d::Zero();
   for (std::uint64_t n = 0; n < 5000; ++n) {
     REQUIRE(phantom.read(n * kTick_ns) == STILLGRID_DEVICE_OK);
-    REQUIRE(phantom.state.valid == (STILLGRID_STATE_POSITION | STILLGRID_STATE_ORIENTATION));
+    REQUIRE(phantom.state.valid ==
+            (STILLGRID_STATE_POSITION | STILLGRID_STATE_ORIENTATION | STILLGRID_STATE_BUTTONS));
     const Vector3d handle_m(phantom.state.position_m);
     const Quaterniond turn(Eigen::Vector4d(phantom.state.orientation_xyzw));
     REQUIRE(std::abs(turn.norm() - 1.0) < 1e-15);

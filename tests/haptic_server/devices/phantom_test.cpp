@@ -34,7 +34,7 @@ TEST_CASE("The force written moves the simulated device until the next", "[plugi
   REQUIRE(phantom.write(9 * kTick_ns, 2.0, 0.0, 0.0) == STILLGRID_DEVICE_OK);
   REQUIRE(phantom.read(19 * kTick_ns) == STILLGRID_DEVICE_OK);
   CHECK(phantom.state.position_m[0] == Approx(0.5 * 2.0 / 0.1 * 0.01 * 0.01));
-  CHECK(phantom.state.valid == STILLGRID_STATE_POSITION);
+  CHECK(phantom.state.valid == (STILLGRID_STATE_POSITION | STILLGRID_STATE_BUTTONS));
 
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(phantom.write(19 * kTick_ns, nan, 0.0, 0.0) == STILLGRID_DEVICE_E_ARGUMENT);
