@@ -57,17 +57,19 @@ HWY_INLINE void NoteRates(const ContactRow& row, const RowPlace& place, std::siz
 /// number counts, or stacks of stiff boxes gain energy. Dampers lose it, and half of their rate
 /// counts.
 HWY_INLINE void NoteRatesInTurn(RowList& list, ContactBodies& bodies, LiveRows& live) {
-  const auto each_lane = [&](const auto& visit) {
+  const auto each_lane = [&](const auto& visit) HWY_ATTR {
     const auto takes = [](const RowGroup& group) {
       return group.is_in_turn != 0 && !is_of_balls(group.a, group.b);
     };
-    EachLiveRow(list, live, false, takes, [&](auto, auto, auto, const RowGroup&, std::size_t row) {
-      const ContactRow& contacts = list.rows[row];
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-        if (contacts.depth_m[lane] != kApart_m)
-          visit(contacts, list.places[row], lane, static_cast<std::size_t>(contacts.mover_a[lane]),
-                static_cast<std::size_t>(contacts.mover_b[lane]));
-    });
+    EachLiveRow(list, live, false, takes,
+                [&](auto, auto, auto, const RowGroup&, std::size_t row) HWY_ATTR {
+                  const ContactRow& contacts = list.rows[row];
+                  for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+                    if (contacts.depth_m[lane] != kApart_m)
+                      visit(contacts, list.places[row], lane,
+                            static_cast<std::size_t>(contacts.mover_a[lane]),
+                            static_cast<std::size_t>(contacts.mover_b[lane]));
+                });
   };
   std::vector<std::int32_t>& count = bodies.in_turn;
   each_lane(
