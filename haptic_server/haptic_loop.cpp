@@ -26,18 +26,18 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
 void HapticLoop::place(const proto::DeviceFrame& frame,
                        const safety::DeviceReading& reading) noexcept {
   const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
+  const double last_scale = placement_.scale(),
+               asked = orders_ ? orders_->scale.load() : last_scale;
   // In contact another scale would change the stiffness that is felt, and so give energy.
-  if (const double asked = orders_ == nullptr ? 1.0 : orders_->scale.load();
-      asked != tool_scale_ && held_.force_N.isZero(0.0) && held_.torque_N_m.isZero(0.0)) {
-    tool_scale_ = asked;
-    velocity_ = {};  // it remembers ways of the other scale
-  }
-  scale_ = frame.scale * tool_scale_;
+  const bool is_felt = !held_.force_N.isZero(0.0) || !held_.torque_N_m.isZero(0.0);
+  const double scale = is_felt ? last_scale : asked;
+  if (scale != last_scale) velocity_ = {};  // it remembers ways of the other scale
+  scale_ = frame.scale * scale;
   is_held_ = orders_ != nullptr && orders_->holds_tool(reading.buttons);
   if (has_pose_) motion_.moved_m = turn * (reading.position_m - device_m_);
   device_m_ = reading.position_m;
   has_pose_ = true;
-  pose_.position_m = placement_.place(frame, device_m_, is_held_, tool_scale_);
+  pose_.position_m = placement_.place(frame, device_m_, is_held_, scale);
   pose_.velocity_m_s = velocity_.update(reading.time_ns, pose_.position_m);
   if (reading.orientation) {
     const Eigen::Quaterniond before = pose_.orientation;

@@ -84,8 +84,8 @@ class HapticLoop {
   /// For a device that was stopped from outside and is active again: no force, then a ramp.
   void cut() noexcept { safety_.cut(); }
 
-  /// As cut(), for one that was closed meanwhile: it may have been moved, and stamps and counts
-  /// samples anew.
+  /// Calls cut() for a device that was closed meanwhile. It may have been moved, and stamps and
+  /// counts samples anew.
   void begin_anew() noexcept;
 
   /// Lets go of the hand: from now on the force fades, as from a dead simulation. Whether none is
@@ -97,7 +97,7 @@ class HapticLoop {
   }
 
   [[nodiscard]] std::int32_t device_code() const noexcept { return device_code_; }
-  /// What the last act() rendered.
+  /// The forces that the last act() rendered.
   [[nodiscard]] const rendering::RenderedTick& rendered() const noexcept { return rendered_; }
 
  private:
@@ -142,7 +142,6 @@ class HapticLoop {
   bool is_released_ = false;
   const ToolOrders* orders_ = nullptr;
   ToolPlacement placement_;
-  double tool_scale_ = 1.0;   // ordered factor of it
   double scale_ = 1.0;        // scene's lengths to the device's
   bool is_held_ = false;      // a force that no motion changes would give energy
   rendering::ToolPose pose_;  // scene frame

@@ -14,6 +14,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/safety/guardian.hpp"
 #include "haptic_server/server.hpp"
+#include "shared/command_line/file_name.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
@@ -93,9 +94,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--commands", options.commands,
                  "Obey, while ticks go on, the orders that come in this file or named pipe, a line "
                  "KEY=VALUE each: tool.clutch=on or off, tool.scale=0.5; others go to the driver")
-      ->check([](const std::string& file) {
-        return file.empty() ? std::string("expected a file") : std::string();
-      })
+      ->check(command_line::file_name())
       ->excludes("--lockstep");
   app.add_option("--clutch-button", options.clutch_button,
                  "While this button of the device is down the tool stays, without a force, and the "

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/command_line/number_in.hpp"
+#include "shared/files/number_text.hpp"
 
 namespace stillgrid::haptic_server {
 
@@ -13,10 +13,11 @@ std::string ToolOrders::obey(std::string_view key, const std::string& value) {
     return "";
   }
   if (key != "tool.scale") return "expected a known key: tool.clutch, tool.scale";
-  std::string text = value;
-  const std::string refusal = command_line::number_in(0.01, 100.0)(text);
-  if (refusal.empty()) scale = std::stod(value);
-  return refusal;
+  const auto number = files::finite_number(value);
+  if (!number || *number < 0.01 || *number > 100.0)
+    return "value '" + value + "': expected a number from 0.01 to 100";
+  scale = *number;
+  return "";
 }
 
 Eigen::Vector3d ToolPlacement::place(const proto::DeviceFrame& frame,

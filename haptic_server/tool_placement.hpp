@@ -35,6 +35,8 @@ class ToolPlacement {
   [[nodiscard]] Eigen::Vector3d place(const proto::DeviceFrame& frame,
                                       const Eigen::Vector3d& device_m, bool is_held,
                                       double scale) noexcept;
+  /// That of the last place().
+  [[nodiscard]] double scale() const noexcept { return scale_; }
 
  private:
   std::optional<Eigen::Vector3d> tool_m_;

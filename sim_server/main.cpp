@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "shared/command_line/file_name.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
@@ -118,9 +119,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* contacts = app.add_option("--contacts", arguments.contacts,
                                   "Write the forces between bodies after each step (CSV); no body "
                                   "sleeps then")
-                       ->check([](const std::string& file) {
-                         return file.empty() ? std::string("expected a file") : std::string();
-                       });
+                       ->check(command_line::file_name());
   auto* group =
       app.add_option("--group", arguments.group,
                      "Let this group of users read the session too; default: only its owner")
@@ -248,13 +247,14 @@ bool is_unconverged(const SimulationReport& report, SimulationClock clock) {
 /// Throws std::runtime_error unless every output can be written, and no file is written over the
 /// scene or twice. What is no file, such as /dev/null, may be named twice.
 void require_outputs(const Arguments& arguments) {
-  std::vector<std::filesystem::path> taken{
-      std::filesystem::weakly_canonical(std::filesystem::absolute(arguments.scene))};
+  const auto place_of = [](const std::filesystem::path& file) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(file));
+  };
+  std::vector<std::filesystem::path> taken{place_of(arguments.scene)};
   for (const auto& file :
        {arguments.report, arguments.final_state, arguments.contacts, arguments.surfaces}) {
     if (file.empty()) continue;
-    const std::filesystem::path path =
-        std::filesystem::weakly_canonical(std::filesystem::absolute(file));
+    const std::filesystem::path path = place_of(file);
     const bool is_file = !std::filesystem::exists(path) || std::filesystem::is_regular_file(path);
     if (is_file && std::find(taken.begin(), taken.end(), path) != taken.end())
       throw std::runtime_error(file.string() +

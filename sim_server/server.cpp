@@ -61,8 +61,8 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
         simulation.step(step_s, [] { return std::nullopt; }, {.stop = &stop});
     if (step.stopped) return;
     count_step(report, step);
-    options.after_step();
     report.step_ns.record(realtime::monotonic_ns() - began_ns);
+    options.after_step();
   }
 }
 
@@ -142,9 +142,9 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
       publish(hand, paths ? paths->time_ns() : wake.deadline_ns, wake.now_ns, step);
     count_step(report, step);
-    options.after_step();
     if (paths) report.left_out_ticks = paths->left_out();
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
+    options.after_step();
   }
   note_relays(session, report);
 }

@@ -138,6 +138,11 @@ struct ContactBodies {
          is_driven(row.mover_a[lane]) && is_driven(row.mover_b[lane]);
 }
 
+/// Returns the three numbers of a lane.
+[[nodiscard]] inline Eigen::Vector3d lane_of(const RowFloats (&columns)[3], std::size_t lane) {
+  return {columns[0][lane], columns[1][lane], columns[2][lane]};
+}
+
 /// Rounds three numbers to floats.
 inline void set_vector(float (&to)[3], const Vector4& v) {
   to[0] = static_cast<float>(v.x);

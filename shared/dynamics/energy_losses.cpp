@@ -10,9 +10,6 @@ namespace {
 Eigen::Vector3d vector_of(const float (&v)[3]) {
   return {v[0], v[1], v[2]};
 }
-Eigen::Vector3d lane_of(const RowFloats (&v)[3], std::size_t lane) {
-  return {v[0][lane], v[1][lane], v[2][lane]};
-}
 
 /// Velocity of one side of a contact at its point. sign: +1 for side a, -1 for side b.
 Eigen::Vector3d side_velocity_m_s(const RowList& list, const ContactBodies& bodies, SideKind kind,

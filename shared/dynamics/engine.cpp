@@ -16,7 +16,7 @@ namespace stillgrid::dynamics {
 namespace {
 
 /// Few iterations leave contacts behind their bodies, as if they pulled: light stacks of stiff
-/// bodies then fall. Those that there are suffice where no contact changes the velocity that it
+/// bodies then fall. RowGroup::iterations() suffice where no contact changes the velocity that it
 /// sees by more than that velocity.
 int substeps_by_contacts(const ContactRates& rates, double tick_s) {
   constexpr double kMaxRatio = 1.0;

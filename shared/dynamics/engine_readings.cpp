@@ -1,5 +1,8 @@
 // What an engine tells of the tick that it computed.
 #include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
 
 #include "shared/dynamics/at.hpp"
 #include "shared/dynamics/engine.hpp"
@@ -50,6 +53,48 @@ int Engine::touching() const {
     if (list.rows[row].push_impulse_N_s[lane] > 0.0F) ++count;
   });
   return count;
+}
+
+void Engine::list_contact_forces(std::vector<ContactForce>& forces) const {
+  struct Sum {
+    ContactForce force;  // its torque is about the origin, its centre weighted by pushes
+    double push_N = 0.0;
+  };
+  std::map<std::pair<int, int>, Sum> sums;
+  const RowList& list = listing_.rows();
+  each_contact(list, [&](const RowGroup& group, std::size_t index, std::size_t lane) {
+    const ContactRow& row = list.rows[index];
+    const double push_N = row.push_impulse_N_s[lane] / substep_s_;
+    if (!(push_N > 0.0)) return;
+    const RowPlace& place = list.places[index];
+    const auto sphere_at = [&](std::int32_t number) -> const Description::Sphere& {
+      return description_.spheres[at(listing_.order()[at(number)])];
+    };
+    const Description::Sphere& a = sphere_at(place.sphere_a[lane]);
+    const std::int32_t b = place.sphere_b[lane];
+    const int other = group.b == SideKind::kPlane ? description_.planes[at(b)].body
+                      : listing_.is_field(b)      ? listing_.field_of(b).body
+                                                  : sphere_at(b).body;
+    if (a.body == other) return;
+    const Eigen::Vector3d normal = lane_of(row.normal, lane);
+    const Eigen::Vector3d force_N =
+        (a.body < other ? 1.0 : -1.0) *
+        (push_N * normal + lane_of(row.friction_impulse_N_s, lane) / substep_s_);
+    const Eigen::Vector3d at_m = sphere_position_m(a, state_).vector() - a.radius_m * normal;
+    Sum& sum = sums[std::minmax(a.body, other)];
+    ++sum.force.contacts;
+    sum.force.force_N += force_N;
+    sum.force.torque_N_m += at_m.cross(force_N);
+    sum.force.centre_m += push_N * at_m;
+    sum.push_N += push_N;
+  });
+  forces.clear();
+  for (auto& [bodies, sum] : sums) {
+    std::tie(sum.force.body_a, sum.force.body_b) = bodies;
+    sum.force.centre_m /= sum.push_N;
+    sum.force.torque_N_m -= sum.force.centre_m.cross(sum.force.force_N);
+    forces.push_back(sum.force);
+  }
 }
 
 double Engine::contact_energy_J() const {
@@ -109,16 +154,14 @@ void Engine::note_reactions(double h) {
     const auto order = listing_.rigid_order();
     if (k >= order.size() || driven_of_rigid_[at(order[k])] < 0) return;
     DrivenReaction& reaction = reactions_[at(driven_of_rigid_[at(order[k])])];
-    const auto vector = [&](const RowFloats(&v)[3]) {
-      return Eigen::Vector3d(v[0][lane], v[1][lane], v[2][lane]);
-    };
-    const Eigen::Vector3d impulse =
-        sign * (row.push_impulse_N_s[lane] * vector(row.normal) + vector(row.friction_impulse_N_s));
+    const Eigen::Vector3d impulse = sign * (row.push_impulse_N_s[lane] * lane_of(row.normal, lane) +
+                                            lane_of(row.friction_impulse_N_s, lane));
+    const Eigen::Vector3d moment = lane_of(side.arm_m, lane).cross(impulse);
     reaction.impulse_N_s += impulse;
-    reaction.moment_N_m_s += vector(side.arm_m).cross(impulse);
+    reaction.moment_N_m_s += moment;
     if (!is_rigid) return;
     reaction.rigid_impulse_N_s += impulse;
-    reaction.rigid_moment_N_m_s += vector(side.arm_m).cross(impulse);
+    reaction.rigid_moment_N_m_s += moment;
   };
   for (std::size_t g = 0, i = 0; g < list.groups.size(); ++g) {
     const RowGroup& group = list.groups[g];

@@ -44,6 +44,28 @@ radius_m = 0.005
 mass_kg = 0.001
 position_m = [{0.00995 * x}, {0.00995 * y}, {0.00995 * z}]
 """ for x in range(14) for y in range(14) for z in range(14))
+STACKS = """format = 2
+[simulation]
+rate_hz = 1000.0
+integrator = "velocity_verlet"
+[[material]]
+name = "stiff"
+contact_stiffness_N_per_m = 100000.0
+contact_damping_N_s_per_m = 0.0
+friction = 0.3
+[[body]]
+name = "floor"
+kind = "plane"
+normal = [0.0, 0.0, 1.0]
+material = "stiff"
+""" + "".join(f"""[[body]]
+name = "box {column} {row}"
+kind = "rigid_box"
+size_m = [0.04, 0.04, 0.04]
+position_m = [{0.05 * column}, 0.0, {0.02 + 0.04 * row}]
+mass_kg = 0.1
+material = "stiff"
+""" for column in range(4) for row in range(4))
 TRIES = 8
 REFUSE_THREADS = BUILD / "tests" / "integration" / "rights" / "refuse_threads.so"
 
@@ -76,6 +98,13 @@ class LimitsTest(daemons.SessionTest):
         of its work that are not interrupted."""
         spent_s = sorted(self.spent_after_s(start(), wait_s) for _ in range(TRIES))
         self.assertLess(spent_s[TRIES * 3 // 4 - 1], 0.1, spent_s)
+
+    def test_stacks_of_stiff_boxes_without_dampers_gain_no_energy(self):
+        scene, report = self.write("stacks.toml", STACKS), self.folder / "report.json"
+        ended = subprocess.run([BUILD / "bin" / "sim_server", "--scene", scene, "--offline", "--duration", "0.5",
+                                "--report", report], capture_output=True, text=True)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        self.assertGreater(daemons.read_report(report)["energy"]["numerical_J"], -1e-5)
 
     def test_a_signal_ends_a_step_of_ten_thousand_substeps(self):
         scene = self.write("slow.toml", sheet(

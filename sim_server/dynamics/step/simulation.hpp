@@ -108,7 +108,7 @@ class Simulation {
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
-  /// Of all steps since then; none if it was not asked for.
+  /// Returns the account of all steps since account_energy(); empty without it.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
   /// See Engine::list_contact_forces(). Bodies of the world come first, then the hands' tools.
@@ -146,7 +146,7 @@ class Simulation {
   }
 
  private:
-  /// What a step was asked for, and what it has come to.
+  /// A step's arguments and its report.
   struct Step {
     double length_s;
     std::span<const TakeTool> take_tools;
