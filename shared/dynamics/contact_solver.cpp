@@ -78,11 +78,11 @@ HWY_INLINE void NoteRatesInTurn(RowList& list, ContactBodies& bodies, LiveRows& 
       [&](auto&, auto&, std::size_t, std::size_t a, std::size_t b) { ++count[a], ++count[b]; });
   each_lane([&](const ContactRow& row, const RowPlace& place, std::size_t lane, std::size_t a,
                 std::size_t b) {
+    const double mass = double{row.normal_mass_per_kg[lane]};
+    if (!(mass > 0.0)) return;  // two driven bodies
     const double of_a = double{bodies.movers[a].inverse_mass_per_kg},
                  of_b = double{bodies.movers[b].inverse_mass_per_kg};
     const double together = 0.25 * (of_a * count[a] + of_b * count[b]) / (of_a + of_b);
-    const double mass = double{row.normal_mass_per_kg[lane]};
-    if (!(mass > 0.0)) return;  // two driven bodies
     live.rates.stiffness_per_s2 =
         std::max(live.rates.stiffness_per_s2,
                  0.25 * std::max(1.0, together) * mass * double{place.stiffness_N_per_m[lane]});
