@@ -18,6 +18,7 @@ constexpr double kFarthestAhead = 0.2;      // of a radius, beyond the next tick
 constexpr double kTouching = 1e-3;          // of the radii: the gap that rows of the touching have
 constexpr double kBallInertia = 0.4;        // of mass times square of radius
 constexpr double kInertiaTolerance = 1e-9;  // share by which that of a ball may differ
+constexpr std::size_t kLeastLanes = 4;      // of a row, on average, of contacts solved in turn
 
 /// Groups in the order in which they are solved: planes, those that touch, those that are near.
 std::size_t group_of(SideKind a, SideKind b, bool touches) {
@@ -97,6 +98,7 @@ Eigen::Vector3d sphere_velocity_m_s(const Description::Sphere& sphere, const Sce
 ContactListing::ContactListing(const Description& description)
     : description_(description), candidates_(kKinds + 2 * kKinds * kKinds) {
   constexpr std::size_t kReserved = 8;  // pairs of a sphere: which kinds will touch is not known
+  packer_.reserve(kReserved * description.spheres.size() / kLeastLanes);
   for (auto& group : candidates_) group.reserve(kReserved * description.spheres.size());
   // Balls are alone on their body, and feel contacts and gravity only.
   std::vector<int> spheres(description.rigid_bodies.size());
@@ -318,35 +320,35 @@ std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) 
 }
 
 /// Packs the candidates of a group in rows. Without in_turn rows may hold a mover twice, and all
-/// but the last are full.
-void ContactListing::pack(std::size_t group, bool is_in_turn) {
+/// but the last are full. Returns whether the rows are full enough to be solved so; those of balls
+/// always are.
+bool ContactListing::pack(std::size_t group, bool is_in_turn) {
   packer_.start(description_.nodes.size() + description_.rigid_bodies.size());
-  const bool is_plane = kinds_of(group).second == SideKind::kPlane;
+  const auto [kind_a, kind_b] = kinds_of(group);
+  const bool is_plane = kind_b == SideKind::kPlane;
+  const std::size_t most = is_in_turn && !is_of_balls(kind_a, kind_b)
+                               ? candidates_[group].size() / kLeastLanes
+                               : candidates_[group].size();
   std::array<std::int32_t, 8> movers{};
-  for (std::size_t k = 0; k < candidates_[group].size(); ++k) {
+  for (std::size_t k = 0; k < candidates_[group].size() && packer_.rows().size() <= most; ++k) {
     const Candidate& pair = candidates_[group][k];
     std::size_t count = is_in_turn ? movers_of(pair.a, movers.data()) : 0;
     if (is_in_turn && !is_plane) count += movers_of(pair.b, movers.data() + count);
     packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
   }
   packer_.finish();
+  return packer_.rows().size() <= most;
 }
 
 void ContactListing::pack() {
-  constexpr std::size_t kLeastLanes = 4;  // of a row, on average, of contacts solved in turn
   rows_.groups.clear();
   rows_.rows.clear();
   rows_.places.clear();
   for (std::size_t g = 0; g < candidates_.size(); ++g) {
     if (candidates_[g].empty()) continue;
     const auto [kind_a, kind_b] = kinds_of(g);
-    bool is_in_turn = may_be_in_turn(kind_a, kind_b);
-    pack(g, is_in_turn);
-    if (is_in_turn && !is_of_balls(kind_a, kind_b) &&
-        kLeastLanes * packer_.rows().size() > candidates_[g].size()) {
-      is_in_turn = false;
-      pack(g, false);
-    }
+    const bool is_in_turn = may_be_in_turn(kind_a, kind_b) && pack(g, true);
+    if (!is_in_turn) pack(g, false);
     const std::size_t first = rows_.rows.size(), end = first + packer_.rows().size();
     rows_.groups.push_back({.a = kind_a,
                             .b = kind_b,

@@ -222,7 +222,7 @@ class ContactListing {
   void list_sleeper_lanes();
   void remember();
   void recall();
-  void pack(std::size_t group, bool is_in_turn);
+  bool pack(std::size_t group, bool is_in_turn);
   void pack();
   void derive_lane(std::size_t row, std::size_t lane, bool is_plane);
   void derive();

@@ -22,6 +22,8 @@ class RowPacker {
   void start(std::size_t movers);
   /// Adds an item; movers: those that an impulse moves.
   void add(std::int32_t item, std::span<const std::int32_t> movers);
+  /// Makes room for so many rows, so that packing them allocates nothing.
+  void reserve(std::size_t rows) { rows_.reserve(rows + kOpen); }
   /// Ends all open rows. The next item begins a new one.
   void finish();
   [[nodiscard]] std::span<const Row> rows() const noexcept { return rows_; }
