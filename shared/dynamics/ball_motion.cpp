@@ -51,10 +51,10 @@ HWY_INLINE void AddChange(const Vector4& before, const float* now, double s, Vec
   });
 }
 
-void StartBalls(const BallList& balls, SceneState& state, ContactBodies& bodies, double substep_s,
-                double falls_m) {
+void StartBalls(const BallList& balls, std::size_t first, std::size_t end, SceneState& state,
+                ContactBodies& bodies, double substep_s, double falls_m) {
   const auto h = static_cast<float>(substep_s), falls = static_cast<float>(falls_m);
-  for (std::size_t i = 0; i < balls.rigid.size(); ++i) {
+  for (std::size_t i = first; i < end; ++i) {
     const auto r = static_cast<std::size_t>(balls.rigid[i]);
     const Vector4 &velocity = state.rigid_velocity_m_s[r], &base = balls.base[i];
     Vector4 &position = state.rigid_position_m[r], moved, spin;
@@ -74,9 +74,9 @@ void StartBalls(const BallList& balls, SceneState& state, ContactBodies& bodies,
   }
 }
 
-void KickBalls(const BallList& balls, const SceneState& state, ContactBodies& bodies,
-               const Vector4& change_m_s) {
-  for (std::size_t i = 0; i < balls.rigid.size(); ++i) {
+void KickBalls(const BallList& balls, std::size_t first, std::size_t end, const SceneState& state,
+               ContactBodies& bodies, const Vector4& change_m_s) {
+  for (std::size_t i = first; i < end; ++i) {
     Vector4 velocity;
     EachPart([&](std::size_t k) HWY_ATTR {
       const auto r = static_cast<std::size_t>(balls.rigid[i]);
@@ -86,9 +86,9 @@ void KickBalls(const BallList& balls, const SceneState& state, ContactBodies& bo
   }
 }
 
-void FinishBalls(const BallList& balls, SceneState& state, const ContactBodies& bodies,
-                 double substep_s, const Vector4& change_m_s) {
-  for (std::size_t i = 0; i < balls.rigid.size(); ++i) {
+void FinishBalls(const BallList& balls, std::size_t first, std::size_t end, SceneState& state,
+                 const ContactBodies& bodies, double substep_s, const Vector4& change_m_s) {
+  for (std::size_t i = first; i < end; ++i) {
     const auto r = static_cast<std::size_t>(balls.rigid[i]);
     const Mover& mover = bodies.movers[balls.first_mover + i];
     const double radius = balls.radius_m[i];
@@ -117,25 +117,44 @@ HWY_EXPORT(StartBalls);
 HWY_EXPORT(KickBalls);
 HWY_EXPORT(FinishBalls);
 
+namespace {
+
+/// Calls work(first, end) for parts of the balls, by several threads where there are.
+template <class Work>
+void in_parts(const BallList& balls, const Work& work) {
+  constexpr std::size_t kBallsAPart = 2048;  // fewer cost more than they share
+  balls.sharing->for_each_chunk(balls.rigid.size(), kBallsAPart, work);
+}
+
+}  // namespace
+
 void start_balls(const BallList& balls, SceneState& state, ContactBodies& bodies, double substep_s,
                  double falls_m) {
-  HWY_DYNAMIC_DISPATCH(StartBalls)(balls, state, bodies, substep_s, falls_m);
+  in_parts(balls, [&](std::size_t first, std::size_t end) {
+    HWY_DYNAMIC_DISPATCH(StartBalls)(balls, first, end, state, bodies, substep_s, falls_m);
+  });
 }
 void kick_balls(const BallList& balls, const SceneState& state, ContactBodies& bodies,
                 const Vector4& change_m_s) {
-  HWY_DYNAMIC_DISPATCH(KickBalls)(balls, state, bodies, change_m_s);
+  in_parts(balls, [&](std::size_t first, std::size_t end) {
+    HWY_DYNAMIC_DISPATCH(KickBalls)(balls, first, end, state, bodies, change_m_s);
+  });
 }
 void finish_balls(const BallList& balls, SceneState& state, const ContactBodies& bodies,
                   double substep_s, const Vector4& change_m_s) {
-  HWY_DYNAMIC_DISPATCH(FinishBalls)(balls, state, bodies, substep_s, change_m_s);
+  in_parts(balls, [&](std::size_t first, std::size_t end) {
+    HWY_DYNAMIC_DISPATCH(FinishBalls)(balls, first, end, state, bodies, substep_s, change_m_s);
+  });
 }
 
 void turn_balls(const BallList& balls, SceneState& state, double duration_s) {
-  for (const std::int32_t rigid : balls.rigid) {
-    const auto r = static_cast<std::size_t>(rigid);
-    state.orientation[r] = Vector4(turned(state.orientation[r].quaternion(),
-                                          state.angular_velocity_rad_s[r].vector(), duration_s));
-  }
+  in_parts(balls, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      const auto r = static_cast<std::size_t>(balls.rigid[i]);
+      state.orientation[r] = Vector4(turned(state.orientation[r].quaternion(),
+                                            state.angular_velocity_rad_s[r].vector(), duration_s));
+    }
+  });
 }
 
 bool stay_within(const BallList& balls, const SceneState& state, double duration_s,

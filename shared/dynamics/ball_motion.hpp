@@ -6,6 +6,7 @@
 
 #include "shared/dynamics/contact_row.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/work_sharing.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -16,6 +17,7 @@ struct BallList {
   std::vector<float> radius_m;
   std::vector<Vector4> base;  // centre at the last listing; w: longest way until the next
   std::size_t first_mover = 0;
+  const WorkSharing* sharing = &WorkSharing::alone();
 };
 
 /// A substep of all balls in three passes. First: half a drift, then velocities and places as

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "shared/collision/smooth_cover.hpp"
@@ -123,7 +124,8 @@ ContactListing::ContactListing(const Description& description)
                             static_cast<float>(pair.friction), 0.0F});
     }
   known_.reserve(kReserved * description.spheres.size());
-  rows_.groups.reserve(candidates_.size());
+  divided_.reserve(kReserved * description.spheres.size());
+  rows_.groups.reserve(candidates_.size() + 3 * kContactParts);
   sleeping_contacts_.reserve(description.spheres.size());  // most spheres of a pile have one
   tool_lanes_.reserve(tools_.size() * sides_reserved());
   fixtures_.reserve(tools_.size() * sides_reserved());
@@ -319,22 +321,37 @@ std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) 
   return count;
 }
 
-/// Packs the candidates of a group in rows. Without in_turn rows may hold a mover twice, and all
-/// but the last are full. Returns whether the rows are full enough to be solved so; those of balls
+/// Sorts the candidates of a group by parts of space, by counting.
+void ContactListing::divide(std::size_t group) {
+  const auto [kind_a, kind_b] = kinds_of(group);
+  const std::vector<Candidate>& candidates = candidates_[group];
+  const auto part = [&](const Candidate& pair) -> std::size_t {
+    if (!is_of_balls(kind_a, kind_b)) return 0;
+    return part_of(order_.size(), at(pair.a), at(kind_b == SideKind::kPlane ? pair.a : pair.b));
+  };
+  part_end_.assign(kContactParts, 0);
+  for (const Candidate& pair : candidates) ++part_end_[part(pair)];
+  std::exclusive_scan(part_end_.begin(), part_end_.end(), part_end_.begin(), std::size_t{0});
+  divided_.resize(candidates.size());
+  for (std::size_t k = 0; k < candidates.size(); ++k)
+    divided_[part_end_[part(candidates[k])]++] = static_cast<std::int32_t>(k);
+}
+
+/// Packs candidates of a group in rows. Without in_turn rows may hold a mover twice, and all but
+/// the last are full. Returns whether the rows are full enough to be solved so; those of balls
 /// always are.
-bool ContactListing::pack(std::size_t group, bool is_in_turn) {
+bool ContactListing::pack(std::size_t group, std::span<const std::int32_t> part, bool is_in_turn) {
   packer_.start(description_.nodes.size() + description_.rigid_bodies.size());
   const auto [kind_a, kind_b] = kinds_of(group);
   const bool is_plane = kind_b == SideKind::kPlane;
-  const std::size_t most = is_in_turn && !is_of_balls(kind_a, kind_b)
-                               ? candidates_[group].size() / kLeastLanes
-                               : candidates_[group].size();
+  const std::size_t most =
+      is_in_turn && !is_of_balls(kind_a, kind_b) ? part.size() / kLeastLanes : part.size();
   std::array<std::int32_t, 8> movers{};
-  for (std::size_t k = 0; k < candidates_[group].size() && packer_.rows().size() <= most; ++k) {
-    const Candidate& pair = candidates_[group][k];
+  for (std::size_t k = 0; k < part.size() && packer_.rows().size() <= most; ++k) {
+    const Candidate& pair = candidates_[group][at(part[k])];
     std::size_t count = is_in_turn ? movers_of(pair.a, movers.data()) : 0;
     if (is_in_turn && !is_plane) count += movers_of(pair.b, movers.data() + count);
-    packer_.add(static_cast<std::int32_t>(k), std::span(movers).first(count));
+    packer_.add(part[k], std::span(movers).first(count));
   }
   packer_.finish();
   return packer_.rows().size() <= most;
@@ -347,32 +364,47 @@ void ContactListing::pack() {
   for (std::size_t g = 0; g < candidates_.size(); ++g) {
     if (candidates_[g].empty()) continue;
     const auto [kind_a, kind_b] = kinds_of(g);
-    const bool is_in_turn = may_be_in_turn(kind_a, kind_b) && pack(g, true);
-    if (!is_in_turn) pack(g, false);
-    const std::size_t first = rows_.rows.size(), end = first + packer_.rows().size();
-    rows_.groups.push_back({.a = kind_a,
-                            .b = kind_b,
-                            .first = first,
-                            .end = end,
-                            .is_in_turn = is_in_turn ? std::uint64_t{1} : 0});
-    rows_.rows.resize(end);
-    rows_.places.resize(end);
-    for (std::size_t row = first; row < end; ++row)
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-        const std::int32_t item = packer_.rows()[row - first][lane];
-        rows_.places[row].sphere_a[lane] = item < 0 ? -1 : candidates_[g][at(item)].a;
-        rows_.places[row].sphere_b[lane] = item < 0 ? -1 : candidates_[g][at(item)].b;
-      }
+    divide(g);
+    const auto add_part = [&](std::size_t p) {
+      const std::size_t first = p == 0 ? 0 : part_end_[p - 1], count = part_end_[p] - first;
+      if (count == 0) return;
+      const auto part = std::span<const std::int32_t>(divided_).subspan(first, count);
+      const bool is_in_turn = may_be_in_turn(kind_a, kind_b) && pack(g, part, true);
+      if (!is_in_turn) pack(g, part, false);
+      add_rows(g, is_in_turn ? 1 : 0, static_cast<std::uint32_t>(p));
+    };
+    for (std::size_t p = 1; p < kContactParts; p += 2) add_part(p);
+    for (std::size_t p = 2; p < kContactParts; p += 2) add_part(p);
+    add_part(0);
   }
 }
 
-void ContactListing::list(const SceneState& state, double tick_s) {
+void ContactListing::add_rows(std::size_t group, std::uint32_t is_in_turn, std::uint32_t part) {
+  const auto [kind_a, kind_b] = kinds_of(group);
+  const std::size_t first = rows_.rows.size(), end = first + packer_.rows().size();
+  rows_.groups.push_back({.a = kind_a,
+                          .b = kind_b,
+                          .first = first,
+                          .end = end,
+                          .is_in_turn = is_in_turn,
+                          .part = part});
+  rows_.rows.resize(end);
+  rows_.places.resize(end);
+  for (std::size_t row = first; row < end; ++row)
+    for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+      const std::int32_t item = packer_.rows()[row - first][lane];
+      rows_.places[row].sphere_a[lane] = item < 0 ? -1 : candidates_[group][at(item)].a;
+      rows_.places[row].sphere_b[lane] = item < 0 ? -1 : candidates_[group][at(item)].b;
+    }
+}
+
+void ContactListing::list(const SceneState& state, double tick_s, const WorkSharing& sharing) {
   ++listings_;
-  remember();
+  remember(sharing);
   bound_ways(state, tick_s);
   bound_field_ways(state, tick_s);
   const std::size_t still = find_here(state);
-  pairs_.find(balls_, still);
+  pairs_.find(balls_, still, sharing);
   order_spheres();
   order_movers();
   collect_near();
@@ -381,8 +413,8 @@ void ContactListing::list(const SceneState& state, double tick_s) {
   gather();
   gather_fields(state);
   pack();
-  derive();
-  recall();
+  derive(sharing);
+  recall(sharing);
   list_sleeper_lanes();
   if (is_sleep_new_) add_sleepers();
   is_sleep_new_ = false;

@@ -37,7 +37,8 @@ class ContactListing {
 
   /// Lists contacts anew, with the history that they have in the listing before. tick_s: the time
   /// after which it is asked for again. Realtime: allocates where there are more than ever before.
-  void list(const SceneState& state, double tick_s);
+  void list(const SceneState& state, double tick_s,
+            const WorkSharing& sharing = WorkSharing::alone());
   /// Spheres and rigid bodies that sleep, from the next listing on; must outlive this. Contacts of
   /// sleeping spheres with each other, with planes and with fixtures are not listed, but their
   /// history is kept.
@@ -220,12 +221,15 @@ class ContactListing {
   [[nodiscard]] bool is_still(std::int32_t number) const;
   void add_sleepers();
   void list_sleeper_lanes();
-  void remember();
-  void recall();
-  bool pack(std::size_t group, bool is_in_turn);
+  void remember(const WorkSharing& sharing);
+  void recall(const WorkSharing& sharing);
+  void divide(std::size_t group);
+  bool pack(std::size_t group, std::span<const std::int32_t> part, bool is_in_turn);
   void pack();
+  void add_rows(std::size_t group, std::uint32_t is_in_turn, std::uint32_t part);
   void derive_lane(std::size_t row, std::size_t lane, bool is_plane);
-  void derive();
+  void derive_row(const RowGroup& group, std::size_t row);
+  void derive(const WorkSharing& sharing);
   /// The mover of planes and unused lanes.
   [[nodiscard]] std::int32_t world() const {
     return static_cast<std::int32_t>(description_.nodes.size() + description_.rigid_bodies.size());
@@ -246,6 +250,9 @@ class ContactListing {
   std::vector<PairConstants> constants_;  // pairs of materials
   std::vector<std::int32_t> order_, rigid_order_, mover_of_rigid_, here_;
   std::vector<std::vector<Candidate>> candidates_;  // groups: planes, touching, near
+  std::vector<std::int32_t> divided_;               // candidates of a group, sorted by parts
+  std::vector<std::size_t> part_end_;               // parts, into divided_
+  std::vector<Key> keys_;                           // lanes of all rows; none: -1
   std::vector<KnownContact> known_;
   std::vector<std::int32_t> first_known_;  // one more than spheres
   std::vector<double> lengths_m_;          // see lengths_m()

@@ -36,26 +36,31 @@ ContactListing::Key ContactListing::key(std::size_t row, std::size_t lane, bool 
 }
 
 /// Sorts by counting, which keeps the order of rows among contacts of one sphere.
-void ContactListing::remember() {
+void ContactListing::remember(const WorkSharing& sharing) {
+  keys_.resize(kRowLanes * rows_.rows.size());
+  each_row(rows_, sharing, [&](const RowGroup& group, std::size_t row) {
+    for (std::size_t lane = 0; lane < kRowLanes; ++lane)
+      keys_[kRowLanes * row + lane] =
+          is_used(row, lane) && !is_zero(rows_.rows[row], rows_.places[row], lane)
+              ? key(row, lane, group.b == SideKind::kPlane)
+              : Key{-1, -1, false};
+  });
   first_known_.assign(description_.spheres.size() + 1, 0);
-  const auto each = [&](const auto& visit) {
-    for (const RowGroup& group : rows_.groups)
-      for (std::size_t row = group.first; row < group.end; ++row)
-        for (std::size_t lane = 0; lane < kRowLanes; ++lane)
-          if (is_used(row, lane) && !is_zero(rows_.rows[row], rows_.places[row], lane))
-            visit(key(row, lane, group.b == SideKind::kPlane), row, lane);
-  };
-  each([&](const Key& key, std::size_t, std::size_t) { ++first_known_[at(key.first) + 1]; });
+  for (const Key& key : keys_)
+    if (key.first >= 0) ++first_known_[at(key.first) + 1];
   if (is_sleep_new_)
     for (const SleepingContact& contact : sleeping_contacts_) ++first_known_[at(contact.first) + 1];
   for (std::size_t s = 1; s < first_known_.size(); ++s) first_known_[s] += first_known_[s - 1];
   known_.resize(at(first_known_.back()));
   sleeping_contacts_.reserve(known_.capacity());
-  each([&](const Key& key, std::size_t row, std::size_t lane) {
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const Key& key = keys_[i];
+    if (key.first < 0) continue;
+    const std::size_t row = i / kRowLanes, lane = i % kRowLanes;
     const ContactHistory history = history_of(rows_.rows[row], rows_.places[row], lane);
     known_[at(first_known_[at(key.first)]++)] = {key.second,
                                                  key.is_reversed ? reversed(history) : history};
-  });
+  }
   if (is_sleep_new_)
     for (const SleepingContact& contact : sleeping_contacts_)
       known_[at(first_known_[at(contact.first)]++)] = {contact.second, contact.history};
@@ -106,20 +111,20 @@ double ContactListing::stiffness_N_per_m(std::int32_t first, std::int32_t second
   return constants_[at(a) * description_.materials.size() + at(b)].stiffness_N_per_m;
 }
 
-void ContactListing::recall() {
-  for (const RowGroup& group : rows_.groups)
-    for (std::size_t row = group.first; row < group.end; ++row)
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-        if (!is_used(row, lane)) continue;
-        const Key contact = key(row, lane, group.b == SideKind::kPlane);
-        const auto first = known_.begin() + first_known_[at(contact.first)];
-        const auto end = known_.begin() + first_known_[at(contact.first) + 1];
-        const auto found = std::find_if(
-            first, end, [&](const KnownContact& known) { return known.second == contact.second; });
-        if (found != end)
-          set_history(contact.is_reversed ? reversed(found->history) : found->history,
-                      rows_.rows[row], rows_.places[row], lane);
-      }
+void ContactListing::recall(const WorkSharing& sharing) {
+  each_row(rows_, sharing, [&](const RowGroup& group, std::size_t row) {
+    for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+      if (!is_used(row, lane)) continue;
+      const Key contact = key(row, lane, group.b == SideKind::kPlane);
+      const auto first = known_.begin() + first_known_[at(contact.first)];
+      const auto end = known_.begin() + first_known_[at(contact.first) + 1];
+      const auto found = std::find_if(
+          first, end, [&](const KnownContact& known) { return known.second == contact.second; });
+      if (found != end)
+        set_history(contact.is_reversed ? reversed(found->history) : found->history,
+                    rows_.rows[row], rows_.places[row], lane);
+    }
+  });
 }
 
 /// A tool has no material: its contacts have that of the other side.
@@ -184,8 +189,34 @@ void ContactListing::derive_lane(std::size_t index, std::size_t lane, bool is_pl
     add_tool_lane(index, lane, place.sphere_b[lane], place.sphere_a[lane], false);
 }
 
+void ContactListing::derive_row(const RowGroup& group, std::size_t row) {
+  const auto set_nodes = [&](SoftSide& side, std::size_t lane, std::int32_t place, bool is_used) {
+    for (std::size_t k = 0; k < 4; ++k) side.node[k][lane] = world();
+    if (!is_used) return;
+    const Description::Sphere& sphere = description_.spheres[at(order_[at(place)])];
+    for (std::size_t k = 0; k < at(sphere.node_count); ++k) {
+      side.node[k][lane] = sphere.nodes[k];
+      side.weight[k][lane] = static_cast<float>(sphere.weights[k]);
+    }
+  };
+  const RowPlace kept = rows_.places[row];
+  rows_.rows[row] = ContactRow{};
+  rows_.places[row] = RowPlace{};
+  for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
+    rows_.places[row].sphere_a[lane] = kept.sphere_a[lane];
+    rows_.places[row].sphere_b[lane] = kept.sphere_b[lane];
+    derive_lane(row, lane, group.b == SideKind::kPlane);
+    const bool is_used = kept.sphere_a[lane] >= 0;
+    const std::size_t k = row - group.first;
+    if (group.a == SideKind::kSoft)
+      set_nodes(rows_.soft_sides[group.first_side_a + k], lane, kept.sphere_a[lane], is_used);
+    if (group.b == SideKind::kSoft)
+      set_nodes(rows_.soft_sides[group.first_side_b + k], lane, kept.sphere_b[lane], is_used);
+  }
+}
+
 /// Pre: the places of rows hold their spheres, and everything else is theirs to compute.
-void ContactListing::derive() {
+void ContactListing::derive(const WorkSharing& sharing) {
   field_lanes_.clear();
   tool_lanes_.clear();
   std::size_t soft = 0, rigid = 0;
@@ -204,32 +235,14 @@ void ContactListing::derive() {
   rows_.rigid_sides.reserve(2 * rows_.rows.capacity());
   rows_.soft_sides.assign(soft, SoftSide{});
   rows_.rigid_sides.assign(rigid, RigidSide{});
-  const auto set_nodes = [&](SoftSide& side, std::size_t lane, std::int32_t place, bool is_used) {
-    for (std::size_t k = 0; k < 4; ++k) side.node[k][lane] = world();
-    if (!is_used) return;
-    const Description::Sphere& sphere = description_.spheres[at(order_[at(place)])];
-    for (std::size_t k = 0; k < at(sphere.node_count); ++k) {
-      side.node[k][lane] = sphere.nodes[k];
-      side.weight[k][lane] = static_cast<float>(sphere.weights[k]);
-    }
-  };
-  for (const RowGroup& group : rows_.groups)
-    for (std::size_t row = group.first; row < group.end; ++row) {
-      const RowPlace kept = rows_.places[row];
-      rows_.rows[row] = ContactRow{};
-      rows_.places[row] = RowPlace{};
-      for (std::size_t lane = 0; lane < kRowLanes; ++lane) {
-        rows_.places[row].sphere_a[lane] = kept.sphere_a[lane];
-        rows_.places[row].sphere_b[lane] = kept.sphere_b[lane];
-        derive_lane(row, lane, group.b == SideKind::kPlane);
-        const bool is_used = kept.sphere_a[lane] >= 0;
-        const std::size_t k = row - group.first;
-        if (group.a == SideKind::kSoft)
-          set_nodes(rows_.soft_sides[group.first_side_a + k], lane, kept.sphere_a[lane], is_used);
-        if (group.b == SideKind::kSoft)
-          set_nodes(rows_.soft_sides[group.first_side_b + k], lane, kept.sphere_b[lane], is_used);
-      }
-    }
+  const auto is_alone = [](const RowGroup& group) { return is_of_balls(group.a, group.b); };
+  each_row(rows_, sharing, [&](const RowGroup& group, std::size_t row) {
+    if (is_alone(group)) derive_row(group, row);
+  });
+  // Those of tools and fields are listed one after another.
+  each_row(rows_, WorkSharing::alone(), [&](const RowGroup& group, std::size_t row) {
+    if (!is_alone(group)) derive_row(group, row);
+  });
 }
 
 }  // namespace stillgrid::dynamics

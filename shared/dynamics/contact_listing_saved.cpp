@@ -49,11 +49,17 @@ void ContactListing::check_rows(const Saved& saved) const {
     const bool is_plane = group.b == SideKind::kPlane;
     const std::size_t others =
         is_plane ? description_.planes.size() : spheres + description_.fields.size();
+    // Else threads might write the same body.
+    const auto is_of_part = [&](std::size_t a, std::size_t b) {
+      return group.part ==
+             (is_of_balls(group.a, group.b) ? part_of(spheres, a, is_plane ? a : b) : 0);
+    };
     for (std::size_t i = kRowLanes * group.first; i < kRowLanes * end; ++i) {
       if (saved.sphere_a[i] < 0) continue;
       require(at(saved.sphere_a[i]) < spheres && saved.sphere_b[i] >= 0 &&
               at(saved.sphere_b[i]) < others);
-      require(kinds_[at(saved.order[at(saved.sphere_a[i])])] == group.a);
+      require(kinds_[at(saved.order[at(saved.sphere_a[i])])] == group.a &&
+              is_of_part(at(saved.sphere_a[i]), at(saved.sphere_b[i])));
       const bool is_field = at(saved.sphere_b[i]) >= spheres;
       require(is_plane || (is_field ? SideKind::kRigid
                                     : kinds_[at(saved.order[at(saved.sphere_b[i])])]) == group.b);
@@ -125,7 +131,7 @@ void ContactListing::load(const Saved& saved) {
     rows_.places[row].sphere_a[lane] = saved.sphere_a[i];
     rows_.places[row].sphere_b[lane] = saved.sphere_b[i];
   });
-  derive();
+  derive(WorkSharing::alone());
   each([&](std::size_t row, std::size_t lane, std::size_t i) {
     set_history(saved.history[i], rows_.rows[row], rows_.places[row], lane);
   });

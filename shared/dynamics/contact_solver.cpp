@@ -208,8 +208,6 @@ HWY_INLINE void SolveRow(RowList& list, ContactBodies& bodies, const RowGroup& g
              });
 }
 
-constexpr std::size_t kRowsAChunk = 64;  // of 16 contacts each: fewer cost more than they share
-
 void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows& live) {
   live.substep_s = substep_s;
   live.rates = {};
@@ -219,26 +217,25 @@ void PrepareRows(RowList& list, ContactBodies& bodies, float substep_s, LiveRows
   for (const std::int32_t mover : bodies.changed)
     bodies.movers[static_cast<std::size_t>(mover)].contacts = 0.0F;
   bodies.changed.clear();
+  each_row(list, *live.sharing, [&](const RowGroup& group, std::size_t row) HWY_ATTR {
+    bool is_live = false;
+    for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
+      is_live = Locate(list.rows[row], list.places[row], bodies, group.b == SideKind::kPlane, i) ||
+                is_live;
+    live.is_live[row] = is_live ? 1 : 0;
+    if (is_live && group.is_in_turn != 0)
+      WithSides(group,
+                [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>) HWY_ATTR {
+                  if constexpr (InTurn)
+                    PrepareRow<A, B, InTurn>(list, bodies, group, row, substep_s);
+                });
+  });
   for (const RowGroup& group : list.groups) {
-    const bool is_plane = group.b == SideKind::kPlane;
-    WithSides(group, [&]<class A, class B, bool InTurn>(A, B, std::bool_constant<InTurn>) HWY_ATTR {
-      const auto locate = [&](std::size_t first, std::size_t end) HWY_ATTR {
-        for (std::size_t row = group.first + first; row < group.first + end; ++row) {
-          bool is_live = false;
-          for (std::size_t i = 0; i < kRowLanes; i += kColumnLanes)
-            is_live = Locate(list.rows[row], list.places[row], bodies, is_plane, i) || is_live;
-          live.is_live[row] = is_live ? 1 : 0;
-          if constexpr (InTurn)
-            if (is_live) PrepareRow<A, B, InTurn>(list, bodies, group, row, substep_s);
-        }
-      };
-      live.sharing->for_each_chunk(group.end - group.first, kRowsAChunk, locate);
-      for (std::size_t row = group.first; row < group.end; ++row) {
-        if (live.is_live[row] == 0) continue;
-        live.rows.push_back(static_cast<std::uint32_t>(row));
-        if constexpr (!InTurn) CountContacts(list, bodies, group, row);
-      }
-    });
+    for (std::size_t row = group.first; row < group.end; ++row) {
+      if (live.is_live[row] == 0) continue;
+      live.rows.push_back(static_cast<std::uint32_t>(row));
+      if (group.is_in_turn == 0) CountContacts(list, bodies, group, row);
+    }
     live.group_end.push_back(live.rows.size());
   }
   // Contacts that are solved at once share the masses of their movers.
@@ -289,11 +286,9 @@ HWY_INLINE void FinishRow(const ContactRow& row, RowPlace& place, float h) {
 }
 
 void FinishRows(RowList& list, float h, const LiveRows& live) {
-  live.sharing->for_each_chunk(live.rows.size(), kRowsAChunk,
-                               [&](std::size_t first, std::size_t end) HWY_ATTR {
-                                 for (std::size_t k = first; k < end; ++k)
-                                   FinishRow(list.rows[live.rows[k]], list.places[live.rows[k]], h);
-                               });
+  each_row(list, *live.sharing, [&](const RowGroup&, std::size_t row) HWY_ATTR {
+    if (live.is_live[row] != 0) FinishRow(list.rows[row], list.places[row], h);
+  });
 }
 
 }  // namespace stillgrid::dynamics::HWY_NAMESPACE

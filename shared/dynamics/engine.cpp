@@ -189,7 +189,7 @@ void Engine::substep(double h) {
 }
 
 void Engine::list_contacts(double tick_s) {
-  listing_.list(state_, tick_s);
+  listing_.list(state_, tick_s, *live_.sharing);
   adopt_listing();
   place_spheres(other_spheres_, tick_s);
   is_stale_ = false;

@@ -76,7 +76,7 @@ class Engine {
             int given_substeps = 0);
 
   /// Shares the work of later ticks. Pre: sharing outlives the engine.
-  void share_work(const WorkSharing& sharing) { live_.sharing = &sharing; }
+  void share_work(const WorkSharing& sharing) { live_.sharing = balls_.sharing = &sharing; }
 
   /// Once stop is true, a tick by a CoupledStep ends at its next iteration. The state is then to
   /// be set anew. Pre: stop outlives the engine, or is null.

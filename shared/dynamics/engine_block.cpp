@@ -9,7 +9,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x35'6b636f6c62'6773;  // "sgblock5"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x36'6b636f6c62'6773;  // "sgblock6"; counts up with the layout
 
 double rate(BlockReader& reader) {
   const auto value = reader.number<double>();

@@ -55,7 +55,7 @@ void Engine::load_movers() {
 void Engine::sum_forces() {
   for (const auto& [first, end] : awake_nodes_)
     std::fill_n(forces_N_.begin() + static_cast<std::ptrdiff_t>(first), end - first, Vector4());
-  springs_.add_forces(state_.node_position_m, state_.node_velocity_m_s, forces_N_);
+  springs_.add_forces(state_.node_position_m, state_.node_velocity_m_s, forces_N_, *live_.sharing);
   std::fill(wrenches_.begin(), wrenches_.end(), Wrench());
   add_joint_forces(awake_joints_, state_, forces_N_, wrenches_);
 }

@@ -17,8 +17,9 @@ HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Returns how many pairs it compared.
-std::int64_t SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& pairs) {
+/// Finds the pairs of the places first .. end - 1 with later ones. Returns how many it compared.
+std::int64_t SearchCells(const NearPairs::Cells& cells, std::int32_t first, std::int32_t end,
+                         std::vector<NearPair>& pairs) {
   const hn::CappedTag<float, 16> d;
   const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
   const std::int32_t row = cells.count[2], slab = cells.count[1] * row;
@@ -28,7 +29,7 @@ std::int64_t SearchCells(const NearPairs::Cells& cells, std::vector<NearPair>& p
   const std::int32_t still = cells.count[0] * slab;  // the cells of balls that never move
   const int ranges = static_cast<std::size_t>(still) + 1 < cells.start.size() ? 14 : 5;
   std::int64_t compared = 0;
-  for (std::int32_t i = 0, n = start[still]; i < n; ++i) {
+  for (std::int32_t i = first; i < end; ++i) {
     const auto xi = hn::Set(d, x[i]), yi = hn::Set(d, y[i]), zi = hn::Set(d, z[i]);
     const auto ri = hn::Set(d, radius[i]);
     const std::int32_t c = cell[i];
@@ -170,7 +171,8 @@ void NearPairs::arrange(std::span<const Vector4> balls) {
   sort_into_cells(balls, 0);
 }
 
-void NearPairs::find(std::span<const Vector4> balls, std::size_t still) {
+void NearPairs::find(std::span<const Vector4> balls, std::size_t still,
+                     const WorkSharing& sharing) {
   choose_grid(balls);
   sort_into_cells(balls, still);
   const std::size_t n = balls.size(), padded = n + kPadding;
@@ -184,8 +186,31 @@ void NearPairs::find(std::span<const Vector4> balls, std::size_t still) {
     cells_.z[place] = static_cast<float>(ball.z - corner_m_[2]);
     cells_.radius[place] = static_cast<float>(ball.w + kRounding * extent);
   }
+  search(n - still, sharing);
+}
+
+/// Pairs of all parts follow each other as one search would have found them.
+void NearPairs::search(std::size_t moving, const WorkSharing& sharing) {
+  constexpr std::size_t kPlacesAPart = 4096;
+  const std::size_t parts = (moving + kPlacesAPart - 1) / kPlacesAPart;
+  if (parts_.size() + 1 < parts) parts_.resize(parts - 1);
   pairs_.clear();
-  comparisons_ = static_cast<double>(HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, pairs_));
+  std::int64_t compared = 0;
+  sharing.for_each_chunk(moving, kPlacesAPart, [&](std::size_t first, std::size_t end) {
+    const auto from = static_cast<std::int32_t>(first), to = static_cast<std::int32_t>(end);
+    if (first == 0) {
+      compared = HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, from, to, pairs_);
+      return;
+    }
+    Part& part = parts_[first / kPlacesAPart - 1];
+    part.pairs.clear();
+    part.compared = HWY_DYNAMIC_DISPATCH(SearchCells)(cells_, from, to, part.pairs);
+  });
+  for (std::size_t k = 0; k + 1 < parts; ++k) {
+    pairs_.insert(pairs_.end(), parts_[k].pairs.begin(), parts_[k].pairs.end());
+    compared += parts_[k].compared;
+  }
+  comparisons_ = static_cast<double>(compared);
 }
 
 }  // namespace stillgrid::dynamics

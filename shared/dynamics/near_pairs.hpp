@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/work_sharing.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -23,7 +24,8 @@ class NearPairs {
  public:
   /// balls: centres in m and, as w, radii. still: how many of the last ones never move. Pairs of
   /// two of these are not searched. Realtime: no.
-  void find(std::span<const Vector4> balls, std::size_t still = 0);
+  void find(std::span<const Vector4> balls, std::size_t still = 0,
+            const WorkSharing& sharing = WorkSharing::alone());
 
   /// Appends the places in order() of balls of the last find() whose cells are near a ball. They
   /// include all that overlap it, and ascend. w: its radius.
@@ -60,6 +62,7 @@ class NearPairs {
 
  private:
   void choose_grid(std::span<const Vector4> balls);
+  void search(std::size_t moving, const WorkSharing& sharing);
   void sort_into_cells(std::span<const Vector4> balls, std::size_t still);
   [[nodiscard]] int cell_along(double coordinate_m, std::size_t axis) const;
   template <class Visit>
@@ -70,6 +73,12 @@ class NearPairs {
   double width_m_ = 1.0, largest_m_ = 0.0, comparisons_ = 0.0;
   std::vector<std::int32_t> order_, next_;
   std::vector<NearPair> pairs_;
+  /// Pairs whose first is in a part of the places, and how many were compared there.
+  struct Part {
+    std::vector<NearPair> pairs;
+    std::int64_t compared = 0;
+  };
+  std::vector<Part> parts_;  // all but the first, which is pairs_
 };
 
 /// Calls visit(place), in ascending order, for balls in cells up to a distance from a ball's

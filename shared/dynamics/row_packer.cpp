@@ -5,7 +5,7 @@
 namespace stillgrid::dynamics {
 
 void RowPacker::start(std::size_t movers) {
-  busy_.assign(movers, 0);
+  busy_.resize(movers);  // none is busy
   rows_.clear();
 }
 

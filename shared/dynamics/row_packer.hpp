@@ -18,7 +18,7 @@ class RowPacker {
   /// Numbers of the items of a row; -1 where the row is not full.
   using Row = std::array<std::int32_t, kRowLanes>;
 
-  /// Begins anew. movers: their count.
+  /// Begins anew. movers: their count. Pre: what was added is finished.
   void start(std::size_t movers);
   /// Adds an item; movers: those that an impulse moves.
   void add(std::int32_t item, std::span<const std::int32_t> movers);

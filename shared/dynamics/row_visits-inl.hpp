@@ -7,6 +7,7 @@
 #define STILLGRID_ROW_VISITS
 #endif
 
+#include <algorithm>
 #include <type_traits>
 
 #include "shared/dynamics/contact_solver.hpp"
@@ -57,13 +58,13 @@ HWY_INLINE void EachVector(RowList& list, ContactBodies& bodies, const RowGroup&
 }
 
 /// Calls visit<A, B, InTurn>(group, row) for all live rows of the groups that takes(group) takes.
+/// Several threads visit groups that are beside each other.
 template <class Takes, class Visit>
 HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backward,
                             const Takes& takes, const Visit& visit) {
   const std::size_t groups = list.groups.size();
-  for (std::size_t k = 0; k < groups; ++k) {
-    const std::size_t g = is_backward ? groups - 1 - k : k;
-    if (!takes(list.groups[g])) continue;
+  const auto number = [=](std::size_t k) { return is_backward ? groups - 1 - k : k; };
+  const auto each_of_group = [&](std::size_t g) HWY_ATTR {
     const std::size_t first = g == 0 ? 0 : live.group_end[g - 1], end = live.group_end[g];
     WithSides(list.groups[g], [&](auto a, auto b, auto in_turn) HWY_ATTR {
       if (is_backward)
@@ -71,6 +72,16 @@ HWY_INLINE void EachLiveRow(RowList& list, const LiveRows& live, bool is_backwar
       else
         for (std::size_t i = first; i < end; ++i)
           visit(a, b, in_turn, list.groups[g], live.rows[i]);
+    });
+  };
+  for (std::size_t k = 0, end = 0; k < groups; k = end) {
+    for (end = k + 1; end < groups; ++end) {
+      const std::size_t low = std::min(number(end - 1), number(end));
+      if (!is_beside(list.groups[low], list.groups[low + 1])) break;
+    }
+    if (!takes(list.groups[number(k)])) continue;
+    live.sharing->for_each_chunk(end - k, 1, [&](std::size_t first, std::size_t last) HWY_ATTR {
+      for (std::size_t i = first; i < last; ++i) each_of_group(number(k + i));
     });
   }
 }

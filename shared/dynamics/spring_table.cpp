@@ -51,10 +51,10 @@ HWY_INLINE void PutDoubles(DoubleColumn x, DoubleColumn y, DoubleColumn z, Vecto
 }
 
 /// Force along a spring: (k (1 - rest / length) + c (d . u) / length^2) d, on node a.
-void PullSprings(const SpringTable::Arrays& springs, std::size_t count, const Vector4* position_m,
-                 const Vector4* velocity_m_s, Vector4* pulls_N) {
+void PullSprings(const SpringTable::Arrays& springs, std::size_t first, std::size_t end,
+                 const Vector4* position_m, const Vector4* velocity_m_s, Vector4* pulls_N) {
   const Doubles d;
-  for (std::size_t i = 0; i < count; i += kDoubleLanes) {
+  for (std::size_t i = first; i < end; i += kDoubleLanes) {
     DoubleColumn x, y, z, u, v, w;
     Differences(position_m, &springs.a[i], &springs.b[i], x, y, z);
     Differences(velocity_m_s, &springs.a[i], &springs.b[i], u, v, w);
@@ -169,10 +169,17 @@ void SpringTable::list_ends() {
 }
 
 void SpringTable::add_forces(std::span<const Vector4> position_m,
-                             std::span<const Vector4> velocity_m_s, std::span<Vector4> forces_N) {
-  HWY_DYNAMIC_DISPATCH(PullSprings)
-  (arrays_, used_, position_m.data(), velocity_m_s.data(), pulls_N_.data());
-  HWY_DYNAMIC_DISPATCH(SumPulls)(nodes_, ends_.data(), pulls_N_.data(), forces_N.data());
+                             std::span<const Vector4> velocity_m_s, std::span<Vector4> forces_N,
+                             const WorkSharing& sharing) {
+  constexpr std::size_t kSpringsAPart = 4096, kNodesAPart = 2048;  // whole vectors
+  sharing.for_each_chunk(used_, kSpringsAPart, [&](std::size_t first, std::size_t end) {
+    HWY_DYNAMIC_DISPATCH(PullSprings)
+    (arrays_, first, end, position_m.data(), velocity_m_s.data(), pulls_N_.data());
+  });
+  sharing.for_each_chunk(nodes_.size(), kNodesAPart, [&](std::size_t first, std::size_t end) {
+    HWY_DYNAMIC_DISPATCH(SumPulls)
+    (std::span(nodes_).subspan(first, end - first), ends_.data(), pulls_N_.data(), forces_N.data());
+  });
 }
 
 }  // namespace stillgrid::dynamics

@@ -6,6 +6,7 @@
 
 #include "shared/dynamics/description.hpp"
 #include "shared/dynamics/scene_state.hpp"
+#include "shared/dynamics/work_sharing.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -20,7 +21,7 @@ class SpringTable {
   /// Adds the forces of all springs and their dampers to forces_N, in the order of nodes.
   /// Deterministic to the bit on every instruction set. Realtime: never allocates, locks or throws.
   void add_forces(std::span<const Vector4> position_m, std::span<const Vector4> velocity_m_s,
-                  std::span<Vector4> forces_N);
+                  std::span<Vector4> forces_N, const WorkSharing& sharing = WorkSharing::alone());
 
   /// Arrays of springs, padded to whole vectors by springs of no stiffness.
   struct Arrays {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <map>
 #include <random>
 #include <set>
 #include <utility>
@@ -137,6 +138,25 @@ TEST_CASE("No row has a mover twice, and every item is in one row", "[dynamics]"
       }
     }
     CHECK(seen.size() == items.size());
+  }
+}
+
+TEST_CASE("Parts that are solved side by side have no ball in common", "[dynamics]") {
+  std::mt19937_64 random(6);
+  for (const std::size_t places : {100UL, 4096UL, 4097UL, 40000UL, 65537UL, 1000000UL}) {
+    std::uniform_int_distribution<std::size_t> place(0, places - 1), apart(0, 2000);
+    std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> part_of_ball;
+    std::size_t alone = 0;
+    for (int k = 0; k < 20000; ++k) {
+      const std::size_t a = place(random), b = std::min(places - 1, a + apart(random));
+      const std::uint32_t part = part_of(places, a, b);
+      REQUIRE(part < kContactParts);
+      if (part == 0) ++alone;
+      for (const std::size_t ball : {a, b})
+        if (part != 0)
+          REQUIRE(part_of_ball.try_emplace({part % 2, ball}, part).first->second == part);
+    }
+    CHECK(alone == (places <= 4096 ? 20000 : 0));
   }
 }
 
