@@ -323,11 +323,12 @@ std::size_t ContactListing::movers_of(std::int32_t place, std::int32_t* movers) 
 
 /// Sorts the candidates of a group by parts of space, by counting.
 void ContactListing::divide(std::size_t group) {
-  const auto [kind_a, kind_b] = kinds_of(group);
+  const auto kinds = kinds_of(group);
   const std::vector<Candidate>& candidates = candidates_[group];
   const auto part = [&](const Candidate& pair) -> std::size_t {
-    if (!is_of_balls(kind_a, kind_b)) return 0;
-    return part_of(order_.size(), at(pair.a), at(kind_b == SideKind::kPlane ? pair.a : pair.b));
+    if (!is_of_balls(kinds.first, kinds.second)) return 0;
+    return part_of(order_.size(), at(pair.a),
+                   at(kinds.second == SideKind::kPlane ? pair.a : pair.b));
   };
   part_end_.assign(kContactParts, 0);
   for (const Candidate& pair : candidates) ++part_end_[part(pair)];
@@ -363,13 +364,13 @@ void ContactListing::pack() {
   rows_.places.clear();
   for (std::size_t g = 0; g < candidates_.size(); ++g) {
     if (candidates_[g].empty()) continue;
-    const auto [kind_a, kind_b] = kinds_of(g);
+    const auto kinds = kinds_of(g);
     divide(g);
     const auto add_part = [&](std::size_t p) {
       const std::size_t first = p == 0 ? 0 : part_end_[p - 1], count = part_end_[p] - first;
       if (count == 0) return;
       const auto part = std::span<const std::int32_t>(divided_).subspan(first, count);
-      const bool is_in_turn = may_be_in_turn(kind_a, kind_b) && pack(g, part, true);
+      const bool is_in_turn = may_be_in_turn(kinds.first, kinds.second) && pack(g, part, true);
       if (!is_in_turn) pack(g, part, false);
       add_rows(g, is_in_turn ? 1 : 0, static_cast<std::uint32_t>(p));
     };

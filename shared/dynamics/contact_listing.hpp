@@ -252,7 +252,7 @@ class ContactListing {
   std::vector<std::vector<Candidate>> candidates_;  // groups: planes, touching, near
   std::vector<std::int32_t> divided_;               // candidates of a group, sorted by parts
   std::vector<std::size_t> part_end_;               // parts, into divided_
-  std::vector<Key> keys_;                           // lanes of all rows; none: -1
+  std::vector<Key> keys_;                           // lanes of all rows; unused ones have -1
   std::vector<KnownContact> known_;
   std::vector<std::int32_t> first_known_;  // one more than spheres
   std::vector<double> lengths_m_;          // see lengths_m()

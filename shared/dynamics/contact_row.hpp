@@ -102,7 +102,7 @@ struct RowGroup {
   std::size_t first = 0, end = 0;                  // rows
   std::size_t first_side_a = 0, first_side_b = 0;  // into soft_sides or rigid_sides
   std::uint32_t is_in_turn = 0;
-  std::uint32_t part = 0;  // of space: see part_of(); zero is all of it
+  std::uint32_t part = 0;  // see part_of()
 
   /// Iterations of a substep, in turn forwards and backwards. Two balls have one contact. Those of
   /// a box's face share two bodies: with six iterations in turn an undamped box gains 0.11 % of its
@@ -113,10 +113,11 @@ inline constexpr int kMaxIterations = 8;
 
 inline constexpr std::size_t kContactParts = 35;  // numbers that part_of() returns are below it
 
-/// Balls of many places are divided into parts of space that touch no common ball, so that threads
-/// solve them side by side: even runs of places, then runs between their middles, in which contacts
-/// across the borders of the even ones lie. Returns the part of a contact: odd and ascending for
-/// the first, even for the others, zero where it is in neither.
+/// Returns the part of space in which a contact of two balls is solved. Two odd parts have no ball
+/// in common, and neither have two even ones, so that threads solve them side by side.
+///
+/// Odd parts are runs of equally many places. Even parts are runs from the middle of one to the
+/// middle of the next, and have the contacts across its border. A contact in neither has part 0.
 [[nodiscard]] constexpr std::uint32_t part_of(std::size_t places, std::size_t a, std::size_t b) {
   constexpr std::size_t kLeastPlaces = 4096;
   const std::size_t wide = std::max(kLeastPlaces, places / 16), half = wide / 2;

@@ -18,11 +18,11 @@ class RowPacker {
   /// Numbers of the items of a row; -1 where the row is not full.
   using Row = std::array<std::int32_t, kRowLanes>;
 
-  /// Begins anew. movers: their count. Pre: what was added is finished.
+  /// Begins anew. movers: their count. Pre: finish() followed the last add().
   void start(std::size_t movers);
   /// Adds an item; movers: those that an impulse moves.
   void add(std::int32_t item, std::span<const std::int32_t> movers);
-  /// Makes room for so many rows, so that packing them allocates nothing.
+  /// Makes room, so that rows up to this number do not allocate.
   void reserve(std::size_t rows) { rows_.reserve(rows + kOpen); }
   /// Ends all open rows. The next item begins a new one.
   void finish();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -15,7 +14,7 @@
 namespace stillgrid::dynamics {
 namespace {
 
-constexpr std::uint64_t kFormat = 0x32'6c65646f6d'6773;  // "sgmodel2"; counts up with the layout
+constexpr std::uint64_t kFormat = 0x33'6c65646f6d'6773;  // "sgmodel3"; counts up with the layout
 
 class Encoder {
  public:
@@ -141,6 +140,14 @@ void visit(auto& io, Is<PrescribedMotion> auto& motion) {
   io(motion.start_m, motion.velocity_m_s, motion.direction, motion.amplitude_m,
      motion.frequency_hz);
 }
+/// A keyframe and the number of its motion.
+struct ListedKeyframe {
+  std::uint32_t motion = 0;
+  Keyframe keyframe;
+};
+void visit(auto& io, Is<ListedKeyframe> auto& listed) {
+  io(listed.motion, listed.keyframe.time_s, listed.keyframe.displacement_m);
+}
 void visit(auto& io, Is<Description> auto& description) {
   io(description.gravity_m_s2);
   io.each(description.nodes);
@@ -172,13 +179,30 @@ void visit(auto& io, Is<SceneModel> auto& model) {
   io(model.has_static_body, model.hands, model.is_implicit, model.tolerance_m_s);
 }
 
-}  // namespace
-
-Eigen::Vector3d PrescribedMotion::position_m(double time_s) const {
-  const double rate_rad_s = 2.0 * std::numbers::pi * frequency_hz;
-  const double offset_m = amplitude_m * std::sin(rate_rad_s * time_s);
-  return start_m + time_s * velocity_m_s + offset_m * direction;
+std::vector<ListedKeyframe> list_keyframes(const SceneModel& model) {
+  std::vector<ListedKeyframe> listed;
+  for (std::uint32_t m = 0; m < model.prescribed.size(); ++m)
+    if (const auto& keyframes = model.prescribed[m].keyframes)
+      for (const Keyframe& keyframe : *keyframes) listed.push_back({m, keyframe});
+  return listed;
 }
+
+void set_keyframes(const std::vector<ListedKeyframe>& listed, SceneModel& model) {
+  std::vector<PrescribedMotion::Keyframes> of_motion(model.prescribed.size());
+  for (const ListedKeyframe& item : listed) {
+    if (item.motion >= of_motion.size())
+      throw std::invalid_argument("the model has a keyframe of motion " +
+                                  std::to_string(item.motion) + " of " +
+                                  std::to_string(of_motion.size()));
+    of_motion[item.motion].push_back(item.keyframe);
+  }
+  for (std::size_t m = 0; m < of_motion.size(); ++m)
+    if (!of_motion[m].empty())
+      model.prescribed[m].keyframes =
+          std::make_shared<const PrescribedMotion::Keyframes>(std::move(of_motion[m]));
+}
+
+}  // namespace
 
 EngineMethod SceneModel::method() const {
   return is_implicit ? implicit_euler(tolerance_m_s) : EngineMethod{};
@@ -189,6 +213,7 @@ std::vector<std::byte> encode(const SceneModel& model) {
   Encoder encoder(bytes);
   encoder(kFormat);
   visit(encoder, model);
+  encoder.each(list_keyframes(model));
   return bytes;
 }
 
@@ -201,6 +226,9 @@ SceneModel decode(std::span<const std::byte> bytes,
     throw std::invalid_argument("the model is not of this version of the engine");
   SceneModel model;
   visit(decoder, model);
+  std::vector<ListedKeyframe> listed;
+  decoder.each(listed);
+  set_keyframes(listed, model);
   if (!decoder.is_at_end()) throw std::invalid_argument("the model goes on behind its end");
   std::vector<Description::Field>& fields = model.description.fields;
   if (fields.size() != distances.size())

@@ -125,6 +125,16 @@ void check_start(const SceneState& start, const Description& description) {
 void check_prescribed(const SceneModel& model) {
   require_each(model.prescribed, "expected a unit direction of prescribed motion",
                [](const auto& motion) { return is_one(motion.direction.norm()); });
+  require_each(model.prescribed, "expected ascending times of the keyframes of prescribed motion",
+               [](const PrescribedMotion& motion) {
+                 double before_s = 0.0;
+                 for (std::size_t k = 0; motion.keyframes && k < motion.keyframes->size(); ++k) {
+                   const double time_s = (*motion.keyframes)[k].time_s;
+                   if (!(time_s > before_s)) return false;
+                   before_s = time_s;
+                 }
+                 return true;
+               });
   auto motion = model.prescribed.begin();
   require_each(model.description.rigid_bodies, "expected no motion of a fixture: rigid body",
                [&](const auto& rigid) {

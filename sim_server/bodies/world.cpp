@@ -1,18 +1,13 @@
 #include "sim_server/bodies/world.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "sim_server/bodies/joints.hpp"
 
 namespace stillgrid::bodies {
 
 PrescribedState prescribed_state(const RigidBody& body, double time_s) {
-  const PrescribedMotion& motion = body.prescribed;
-  const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
-  const double speed_m_s = motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
-  return {motion.position_m(time_s), motion.velocity_m_s + speed_m_s * motion.direction};
+  return {body.prescribed.position_m(time_s), body.prescribed.velocity_at_m_s(time_s)};
 }
 
 double kinetic_energy_J(const RigidBody& body) {

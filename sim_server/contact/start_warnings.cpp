@@ -76,8 +76,7 @@ std::vector<Shape> shapes_of(const bodies::World& world) {
 double speed_m_s(const bodies::BodyDescription& body) {
   if (body.motion == bodies::Motion::kFree) return body.velocity_m_s.norm();
   if (body.motion == bodies::Motion::kStatic) return 0.0;
-  return body.prescribed.velocity_m_s.norm() +
-         2.0 * std::numbers::pi * body.prescribed.frequency_hz * body.prescribed.amplitude_m;
+  return body.prescribed.highest_speed_m_s();
 }
 
 class Warnings {

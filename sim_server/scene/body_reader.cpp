@@ -1,9 +1,12 @@
 #include "sim_server/scene/body_reader.hpp"
 
 #include <array>
+#include <iomanip>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim_server/bodies/kinds/body_kinds.hpp"
@@ -52,8 +55,36 @@ void refuse_speed(toml::TableReader& table) {
   table.refuse("velocity_m_s", expected.str());
 }
 
+std::shared_ptr<const bodies::PrescribedMotion::Keyframes> read_keyframes(
+    toml::TableReader& table) {
+  constexpr std::size_t kMaxKeyframes = 10000;
+  constexpr double kLeastApart_s = 1e-6;
+  bodies::PrescribedMotion::Keyframes keyframes;
+  for (toml::TableReader& frame : table.tables("keyframes")) {
+    const double time_s = frame.number("time_s", toml::Bound::kPositive);
+    const double before_s = keyframes.empty() ? 0.0 : keyframes.back().time_s;
+    if (!(time_s >= before_s + kLeastApart_s)) {
+      std::ostringstream expected;
+      expected << std::setprecision(17) << "at least 1e-6 s after the keyframe before, at "
+               << before_s << " s";
+      frame.refuse("time_s", expected.str());
+    }
+    keyframes.push_back({time_s, frame.vector("displacement_m")});
+    frame.finish();
+  }
+  if (keyframes.empty() || keyframes.size() > kMaxKeyframes)
+    table.refuse("keyframes", "1 to 10000 of { time_s = 1.0, displacement_m = [0, 0, 0.01] }");
+  return std::make_shared<const bodies::PrescribedMotion::Keyframes>(std::move(keyframes));
+}
+
 bodies::PrescribedMotion read_prescribed(toml::TableReader& table) {
   bodies::PrescribedMotion motion;
+  if (table.has("keyframes")) {
+    for (const char* other : {"velocity_m_s", "amplitude_m", "frequency_hz", "direction"})
+      if (table.has(other)) table.refuse(other, "no such key beside keyframes");
+    motion.keyframes = read_keyframes(table);
+    return motion;
+  }
   const bool is_sine = table.has("amplitude_m") || table.has("frequency_hz");
   if (is_sine && table.has("velocity_m_s")) {
     table.refuse("velocity_m_s", "either velocity_m_s, or amplitude_m with frequency_hz");
@@ -78,12 +109,13 @@ void refuse_of_other_motions(toml::TableReader& table, bodies::Motion motion) {
     std::string_view key;
     bool free, prescribed;
   };
-  constexpr std::array<MotionKey, 6> kKeys = {{{"mass_kg", true, false},
+  constexpr std::array<MotionKey, 7> kKeys = {{{"mass_kg", true, false},
                                                {"velocity_m_s", true, true},
                                                {"angular_velocity_rad_s", true, false},
                                                {"direction", false, true},
                                                {"amplitude_m", false, true},
-                                               {"frequency_hz", false, true}}};
+                                               {"frequency_hz", false, true},
+                                               {"keyframes", false, true}}};
   for (const auto& [key, free, prescribed] : kKeys) {
     const bool applies = (motion == bodies::Motion::kFree && free) ||
                          (motion == bodies::Motion::kPrescribed && prescribed);

@@ -32,7 +32,8 @@ GEOMETRY = {
     "plane": {"normal": [0.0, 0.0, 1.0]},
     "compound": {"shape": [{"kind": "box", "size_m": [0.1, 0.2, 0.3]}]}}
 MOTION_KEYS = {"mass_kg": 0.1, "velocity_m_s": [0.0, 0.1, 0.0], "angular_velocity_rad_s": [0.0, 0.1, 0.0],
-               "direction": [0.0, 0.0, 1.0], "amplitude_m": 0.01, "frequency_hz": 2.0}
+               "direction": [0.0, 0.0, 1.0], "amplitude_m": 0.01, "frequency_hz": 2.0,
+               "keyframes": [{"time_s": 1.0, "displacement_m": [0.0, 0.0, 0.01]}]}
 SOFT = {"spheres": {"surface_spacing_m": 0.01}, "spring_stiffness_N_per_m": SPRINGS, "lattice_m": 0.02, "pinned": "none"}
 
 
@@ -88,6 +89,8 @@ def table_variants():
     yield of["shape"], [(scene(body("compound", shape=[shape])), inner + ("shape", 0)) for shape in (
         {"kind": "box", "size_m": [0.1, 0.2, 0.3]}, {"kind": "sphere", "radius_m": 0.1},
         {"kind": "capsule", "radius_m": 0.1, "length_m": 0.3}, {"kind": "cylinder", "radius_m": 0.1, "length_m": 0.3})]
+    yield of["keyframe"], [(scene(body("sphere", motion="prescribed", keyframes=MOTION_KEYS["keyframes"])),
+                            inner + ("keyframes", 0))]
     yield of["field"], [(scene(body("mesh", field={"cell_m": 0.002}, motion="static")), inner + ("field",))]
 
 
@@ -192,7 +195,7 @@ class SceneSchemaTest(daemons.SessionTest):
             ("sphere", {}, ("mass_kg", "radius_m", "stiffness_scale")),
             ("sphere", {"motion": "prescribed", "amplitude_m": 0.1, "frequency_hz": 1.0},
              ("amplitude_m", "frequency_hz")),
-            ("thread", {}, ("spring_damping_N_s_per_m",)), ("mesh", {}, ("scale",)), ("mesh", SOFT, ("lattice_m",)))
+            ("thread", {}, ("spring_damping_N_s_per_m", "spring_rest_ratio")), ("mesh", {}, ("scale",)), ("mesh", SOFT, ("lattice_m",)))
             for key in keys]
         cases += [(variants, key, schema) for table, variants in table_variants()
                   for key, schema in table["properties"].items()]

@@ -52,6 +52,19 @@ class TransitionTest(daemons.SessionTest):
         for sim in ((), ("--jitter", 0.3, "--latency", 0.03)):
             self.assert_even(self.record(sim=sim), 0.0)
 
+    def test_a_sphere_that_goes_to_a_place_and_stays_is_there_in_each_tick_however_late_snapshots_come(self):
+        scene = self.with_penalty()
+        moves = "{ time_s = 0.3, displacement_m = [0.04, 0, 0] }"
+        scene.write_text(scene.read_text().replace("velocity_m_s = [0.1, 0.0, 0.0]", f"keyframes = [{moves}]"))
+        for sim in ((), ("--jitter", 0.3, "--latency", 0.03)):
+            recording = daemons.read_recording(
+                self.run_lockstep(scene, self.still_device(0, 0, 0), 0.6, sim=sim))
+            share = numpy.minimum(recording["time_s"] / 0.3, 1.0)
+            sphere_m = START_M + 0.04 * share**2 * (3.0 - 2.0 * share)
+            expected_N = STIFFNESS_N_PER_M * numpy.maximum(0.0, CONTACT_DISTANCE_M + sphere_m)
+            self.assertAlmostEqual(expected_N[-1], 2.5)
+            numpy.testing.assert_allclose(recording["rendered_fx_N"], expected_N, rtol=TOLERANCE, atol=1e-4)
+
     def assert_even(self, recording, lag_s):
         time_s, force_N = recording["time_s"], recording["rendered_fx_N"]
         touching = (time_s > TOUCH_S + lag_s + 1e-9) & (time_s < CENTRE_S + lag_s - 1e-9)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "shared/publication/scene_segment.hpp"
@@ -61,6 +62,13 @@ scene::SceneDescription seen_from(const Frame& frame, scene::SceneDescription sc
     }
     body.prescribed.velocity_m_s = frame.direction(body.prescribed.velocity_m_s);
     body.prescribed.direction = frame.direction(body.prescribed.direction);
+    if (body.prescribed.keyframes) {
+      bodies::PrescribedMotion::Keyframes keyframes = *body.prescribed.keyframes;
+      for (dynamics::Keyframe& keyframe : keyframes)
+        keyframe.displacement_m = frame.direction(keyframe.displacement_m);
+      body.prescribed.keyframes =
+          std::make_shared<const bodies::PrescribedMotion::Keyframes>(std::move(keyframes));
+    }
   }
   for (scene::JointDescription& joint : scene.joints)
     for (Eigen::Vector3d& point : joint.points_m) point = frame.point(point);

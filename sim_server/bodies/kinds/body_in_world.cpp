@@ -34,8 +34,8 @@ void add_deformable(World& world, const BodyDescription& body, const SpringDescr
     if (link.stiffness_N_per_m <= 0.0) continue;
     const auto at = [&](int node) { return net.nodes_m[static_cast<std::size_t>(node)]; };
     world.springs.push_back({range.first_node + link.a, range.first_node + link.b,
-                             (at(link.b) - at(link.a)).norm(), link.stiffness_N_per_m,
-                             springs.spring_damping_N_s_per_m});
+                             springs.spring_rest_ratio * (at(link.b) - at(link.a)).norm(),
+                             link.stiffness_N_per_m, springs.spring_damping_N_s_per_m});
   }
   range.spring_count = static_cast<int>(world.springs.size()) - range.first_spring;
 }

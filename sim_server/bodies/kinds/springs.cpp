@@ -24,6 +24,12 @@ void read_others(toml::TableReader& table, toml::TableReader& stiffness,
   stiffness.finish();
   springs.spring_damping_N_s_per_m =
       table.number_or("spring_damping_N_s_per_m", toml::Bound::kNotNegative, 0.0);
+  if (!table.has("spring_rest_ratio")) return;
+  springs.spring_rest_ratio = table.has_number("spring_rest_ratio")
+                                  ? table.number("spring_rest_ratio", toml::Bound::kAny)
+                                  : 0.0;
+  if (!(springs.spring_rest_ratio >= 0.1 && springs.spring_rest_ratio <= 10.0))
+    table.refuse("spring_rest_ratio", "a number from 0.1 to 10");
 }
 
 std::vector<int> read_list(toml::TableReader& table, int node_count) {

@@ -23,6 +23,7 @@ struct SpringDescription {
   double structural_stiffness_N_per_m = 0.0;
   double bend_stiffness_N_per_m = 0.0;
   double spring_damping_N_s_per_m = 0.0;  // along each spring
+  double spring_rest_ratio = 1.0;         // lengths at rest over those at the start
   std::vector<int> pinned_nodes;          // ascending, without repeats; node x + nx (y + ny z)
 };
 /// The same of what has diagonals.
@@ -41,8 +42,8 @@ struct SpringNet {
   Eigen::Vector2i sheet_nodes = Eigen::Vector2i::Zero();  // of a sheet: along x, y
 };
 
-/// Reads `spring_stiffness_N_per_m` and `spring_damping_N_s_per_m`. Throws SceneError. A body that
-/// is not free need not have them.
+/// Reads `spring_stiffness_N_per_m`, `spring_damping_N_s_per_m` and `spring_rest_ratio`. Throws
+/// SceneError. A body that is not free need not have them.
 void read_springs(toml::TableReader& table, Motion motion, SpringDescription& springs);
 void read_springs(toml::TableReader& table, Motion motion, ShearSprings& springs);
 

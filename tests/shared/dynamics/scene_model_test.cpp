@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <random>
 #include <stdexcept>
 
@@ -56,11 +57,14 @@ SceneModel joined(bool is_implicit) {
   scene.description.spheres.back().material = 1;
   scene.description.apart = {{-1, ball}, {block, ball}, {ball, 7}};
   SceneModel model = model_of(scene);
-  model.prescribed = {{.start_m = {0.1, 0.0, 0.1},
-                       .velocity_m_s = {-0.1, 0.0, 0.0},
-                       .direction = Eigen::Vector3d::UnitZ(),
-                       .amplitude_m = 0.01,
-                       .frequency_hz = 5.0}};
+  model.prescribed = {
+      {.start_m = {0.1, 0.0, 0.1},
+       .velocity_m_s = {-0.1, 0.0, 0.0},
+       .direction = Eigen::Vector3d::UnitZ(),
+       .amplitude_m = 0.01,
+       .frequency_hz = 5.0,
+       .keyframes = std::make_shared<const PrescribedMotion::Keyframes>(
+           PrescribedMotion::Keyframes{{0.05, {0, 0, 0.01}}, {0.3, {0.02, 0, 0}}})}};
   model.has_static_body = true;
   model.is_implicit = is_implicit;
   model.tolerance_m_s = 1e-9;
@@ -332,6 +336,62 @@ TEST_CASE("A prescribed motion is steady, and a sine", "[dynamics]") {
   CHECK(motion.position_m(0.0) == Eigen::Vector3d(1, 2, 3));
   CHECK(motion.position_m(1.0).isApprox(Eigen::Vector3d(1.5, 2.1, 3)));
   CHECK(motion.position_m(3.0).isApprox(Eigen::Vector3d(2.5, 1.9, 3)));
+}
+
+TEST_CASE(
+    "A prescribed motion passes its keyframes, never beyond them, and rests where two are equal",
+    "[dynamics]") {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> later_s(0.01, 1.0), way_m(-0.1, 0.1);
+  for (int repetition = 0; repetition < 50; ++repetition) {
+    PrescribedMotion::Keyframes keyframes;
+    double time_s = 0.0;
+    for (int k = 0; k < 1 + repetition % 7; ++k)
+      keyframes.push_back(
+          {time_s += later_s(random), {way_m(random), way_m(random), way_m(random)}});
+    keyframes.push_back({time_s += later_s(random), keyframes.back().displacement_m});
+    PrescribedMotion motion{.start_m = {1, 2, 3}};
+    motion.keyframes = std::make_shared<const PrescribedMotion::Keyframes>(keyframes);
+    CHECK(motion.position_m(0.0) == motion.start_m);
+    CHECK(motion.velocity_at_m_s(0.0).isZero(0.0));
+    Keyframe before;
+    for (const Keyframe& next : keyframes) {
+      CHECK(motion.position_m(next.time_s).isApprox(motion.start_m + next.displacement_m, 1e-12));
+      const Eigen::Vector3d low_m = before.displacement_m.cwiseMin(next.displacement_m),
+                            high_m = before.displacement_m.cwiseMax(next.displacement_m);
+      for (double share = 0.05; share < 1.0; share += 0.1) {
+        const double at_s = before.time_s + share * (next.time_s - before.time_s);
+        const Eigen::Vector3d moved_m = motion.position_m(at_s) - motion.start_m;
+        CHECK(((moved_m - low_m).minCoeff() > -1e-12 && (high_m - moved_m).minCoeff() > -1e-12));
+        const double h = 1e-6;
+        const Eigen::Vector3d rate_m_s =
+            (motion.position_m(at_s + h) - motion.position_m(at_s - h)) / (2.0 * h);
+        CHECK((rate_m_s - motion.velocity_at_m_s(at_s)).norm() <
+              1e-6 * motion.highest_speed_m_s() + 1e-8);
+      }
+      before = next;
+    }
+    CHECK(motion.position_m(time_s + 100.0) == motion.start_m + keyframes.back().displacement_m);
+    CHECK(motion.velocity_at_m_s(time_s + 100.0).isZero(0.0));
+  }
+}
+
+TEST_CASE("Keyframes are carried with a model, and checked", "[dynamics]") {
+  SceneModel model = joined(false);
+  PrescribedMotion& motion = model.prescribed.back();
+  const auto with = [&](PrescribedMotion::Keyframes keyframes) {
+    motion.keyframes = std::make_shared<const PrescribedMotion::Keyframes>(std::move(keyframes));
+    return encode(model);
+  };
+  const std::vector<std::byte> bytes = with({{0.5, {0, 0, 0.1}}, {1.5, {0, 0.2, 0.1}}});
+  const SceneModel carried = decode(bytes);
+  CHECK(encode(carried) == bytes);
+  CHECK(carried.prescribed.back().position_m(0.7) == motion.position_m(0.7));
+  CHECK_THROWS_AS(decode(with({{1.5, {0, 0, 0.1}}, {0.5, {0, 0.2, 0.1}}})), std::invalid_argument);
+  CHECK_THROWS_AS(decode(with({{0.0, {0, 0, 0.1}}})), std::invalid_argument);
+  std::vector<std::byte> of_another = with({{0.5, {0, 0, 0.1}}});
+  of_another[of_another.size() - 4 * sizeof(double) - sizeof(std::uint32_t)] = std::byte{200};
+  CHECK_THROWS_AS(decode(of_another), std::invalid_argument);
 }
 
 TEST_CASE("A state's hash changes with each of its numbers, and with two signs", "[dynamics]") {

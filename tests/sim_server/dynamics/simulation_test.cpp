@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "tests/sim_server/dynamics/stepping.hpp"
@@ -62,10 +63,14 @@ TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
 }
 
 TEST_CASE("A prescribed body is where its motion says at every step's end", "[simulation]") {
-  const bodies::PrescribedMotion sine{
-      .direction = Eigen::Vector3d::UnitZ(), .amplitude_m = 0.03, .frequency_hz = 2.0};
+  const auto keyframes = std::make_shared<const bodies::PrescribedMotion::Keyframes>(
+      bodies::PrescribedMotion::Keyframes{{0.1, {0, 0, 0.03}}, {0.15, {0, 0, 0.03}}});
+  const auto motion = GENERATE_COPY(
+      bodies::PrescribedMotion{
+          .direction = Eigen::Vector3d::UnitZ(), .amplitude_m = 0.03, .frequency_hz = 2.0},
+      bodies::PrescribedMotion{.keyframes = keyframes});
   Simulation simulation(
-      sim_server::scene_of({driven_ball(sine), sim_server::sphere({0, 0, 0.041}, 0.02, 0.1)},
+      sim_server::scene_of({driven_ball(motion), sim_server::sphere({0, 0, 0.041}, 0.02, 0.1)},
                            sim_server::material_of(1000.0)));
 
   for (int i = 1; i <= 40; ++i) {

@@ -209,6 +209,15 @@ constexpr BadScene kBadBodies[] = {
      "8:16", "body.velocity_m_s", "1", "either velocity_m_s, or amplitude_m with frequency_hz"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\namplitude_m = 0.1", "3:1",
      "body.frequency_hz", "missing", "a number from 1e-9"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\nkeyframes = []", "8:13",
+     "body.keyframes", "[]", "1 to 10000 of { time_s = 1.0, displacement_m = [0, 0, 0.01] }"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\n"
+     "keyframes = [{ time_s = 1.5, displacement_m = [0, 0, 1] },\n"
+     "  { time_s = 1.5, displacement_m = [0, 0, 0] }]",
+     "9:14", "body.keyframes.time_s", "1.5", "at least 1e-6 s after the keyframe before, at 1.5 s"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\n"
+     "keyframes = [{ time_s = 1, displacement_m = [0, 0, 1] }]\nfrequency_hz = 2",
+     "9:16", "body.frequency_hz", "2", "no such key beside keyframes"},
     {"name = 'b'\nkind = 'sheet'\nmaterial = 'm'\nmotion = 'prescribed'", "7:10", "body.motion",
      "'prescribed'", "one of free, static"},
     {"name = 'b'\nkind = 'rigid_box'\nmaterial = 'm'\nmass_kg = 1\nsize_m = [1, 0, 1]", "8:14",

@@ -37,6 +37,7 @@ size_m = [0.2, 0.3]
 mass_kg = 0.12
 spring_stiffness_N_per_m = { structural = 50.0, shear = 20.0, bend = 5.0 }
 spring_damping_N_s_per_m = 0.1
+spring_rest_ratio = 0.9
 spheres = { spacing_m = 0.02, radius_m = 0.015 }
 velocity_m_s = [0.0, 0.0, 1.0]
 pinned = "two_corners"

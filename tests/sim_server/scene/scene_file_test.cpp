@@ -128,6 +128,7 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   CHECK(cloth.springs.shear_stiffness_N_per_m == 20.0);
   CHECK(cloth.springs.bend_stiffness_N_per_m == 5.0);
   CHECK(cloth.springs.spring_damping_N_s_per_m == 0.1);
+  CHECK(cloth.springs.spring_rest_ratio == 0.9);
   CHECK(cloth.spheres.spacing_m == 0.02);
   CHECK(cloth.spheres.radius_m == 0.015);
   CHECK(scene.bodies[0].velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
@@ -168,6 +169,7 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   const bodies::BodyDescription& runner = scene.bodies[5];
   CHECK(runner.prescribed.velocity_m_s == Eigen::Vector3d(-0.1, 0.0, 0.2));
   CHECK(runner.velocity_m_s.isZero(0.0));
+  CHECK(runner.prescribed.keyframes == nullptr);
 
   const bodies::BodyDescription& floor = scene.bodies[6];
   CHECK(floor.motion == bodies::Motion::kStatic);

@@ -41,6 +41,27 @@ TEST_CASE("An oscillator loses energy by 1 + w^2 h^2 a step", "[known_answers]")
   CHECK(std::abs(ratio - expected) < 5e-7);  // the catalogue's digits
 }
 
+TEST_CASE("A string under tension pulls its middle back by 2 k (1 - r) times the displacement",
+          "[known_answers]") {
+  const double rest_ratio = GENERATE(0.5, 0.8, 1.0), step_s = 1e-3, start_m = 1e-6;
+  bodies::BodyDescription string =
+      sim_server::thread(3, {0, 0, 0}, {0.2, 0, 0}, 0.1, 1000.0, {0, 2});
+  sim_server::springs(string).spring_rest_ratio = rest_ratio;
+  scene::SceneDescription scene = sim_server::scene_of({string});
+  scene.method.tolerance_m_s = 1e-14;
+  Simulation simulation(scene);
+  simulation.world().nodes[1].position_m.y() = start_m;
+
+  REQUIRE(advance(simulation, step_s, 1));
+
+  const double square_per_s2 = 2.0 * 1000.0 * (1.0 - rest_ratio) / 0.1;
+  const double expected_m_s =
+      -step_s * square_per_s2 * start_m / (1.0 + step_s * step_s * square_per_s2);
+  const bodies::Node& middle = simulation.world().nodes[1];
+  CHECK(middle.velocity_m_s.y() == Approx(expected_m_s).epsilon(1e-4).margin(1e-11));
+  CHECK(std::abs(middle.velocity_m_s.x()) < 1e-11);
+}
+
 TEST_CASE("A damped oscillator shrinks by 1 + h c / m + h^2 k / m a step", "[known_answers]") {
   const double damping_N_s_per_m = GENERATE(0.0, 2.0, 20.0);
   const double step_s = GENERATE(0.001, 0.01, 0.1);
